@@ -113,9 +113,4 @@ struct SolverChoice {
 SolverChoice make_grid_solver(const GridSetup& setup, const std::string& device,
                               Precision precision = Precision::single_precision);
 
-/// What the bits of a solution depend on beside program and precision: platform, device and driver
-/// with their versions. They are the same on any number of cores. Throws as make_grid_solver()
-/// does.
-std::string device_identity(const std::string& device);
-
 }  // namespace kappamu::forward

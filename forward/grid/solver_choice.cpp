@@ -32,11 +32,4 @@ SolverChoice make_grid_solver(const GridSetup& setup, const std::string& device,
   }
 }
 
-std::string device_identity(const std::string& device) {
-  if (device == "reference") return device;
-  const auto devices = device::list_devices();
-  const device::DeviceInfo& d = devices[device::choose(devices, device).index];
-  return d.platform + "\n" + d.platform_version + "\n" + d.name + "\n" + d.driver;
-}
-
 }  // namespace kappamu::forward

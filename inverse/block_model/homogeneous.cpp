@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "forward/analytic/homogeneous_block.h"
+#include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
 #include "inverse/problem/expected_blocks.h"
 
@@ -18,12 +19,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Spread of log data that a homogeneous block cannot follow: keeps bright, precise pixels from
-/// outvoting the rest.
-constexpr double heterogeneity = 0.3;
-/// Largest last step [log units] of what leads to the end, and there.
-constexpr double interim_tolerance = 2e-2;
-constexpr double step_tolerance = 1e-3;
+using namespace defaults::homogeneous;
 
 /// Of r M at the data used; empty where there is none.
 using Predict = std::function<std::vector<double>(const Eigen::VectorXd& logs)>;

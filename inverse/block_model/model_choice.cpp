@@ -11,24 +11,14 @@
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
+#include "inverse/defaults.h"
 #include "inverse/optimise/settle_correction.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// A refreshed correction that moves χ² by less than this share needs no further descent.
-constexpr double settled = 0.003;
-constexpr int most_corrections = 4;
-/// The same by photons: none of the unknowns [log units] moved by more.
-constexpr double settled_move = 0.01;
-constexpr int most_by_transport = 15;
-/// χ² per value over what is not rejected, and over the lowest so far: renewals of r that leave it
-/// above both lead nowhere.
-constexpr double far_off = 2.0;
-constexpr double no_gain = 0.9;
-/// Errors of the data make a homogeneous block look layered once in a thousand.
-constexpr double chance_deviations = 3.0;
+using namespace defaults::model_choice;
 
 /// The same layers in slices of half the depth.
 LayeredMedium halved_slices(LayeredMedium medium) {

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inverse/defaults.h"
+
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double deviations = 3.0;
+using namespace defaults::model_evidence;
 
 }  // namespace
 

@@ -6,19 +6,14 @@
 
 #include "core/error.h"
 #include "core/numbers/linear_algebra.h"
+#include "inverse/defaults.h"
 #include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double most_bend = 0.75;
-/// A step that promises less of χ² moves no unknown by more than 0.3 of its standard error.
-constexpr double negligible = 0.1;
-/// Far above the noise, where the model will be rejected anyway, this share of χ² is as good.
-constexpr double negligible_share = 2e-3;
-/// No descent keeps so many times what its next step promises.
-constexpr double most_kept = 3.0;
+using namespace defaults::layers;
 
 Eigen::VectorXd unknowns(const LayeredMedium& medium) {
   const Eigen::Index layers = medium.layers();

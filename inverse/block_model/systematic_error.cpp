@@ -9,17 +9,13 @@
 
 #include "core/numbers/dot.h"
 #include "core/numbers/linear_algebra.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double sure_deviations = 3.0;
-/// Lags are counted to here [pixels]; correlation lengths are sought between the two.
-constexpr int longest_lag = 8;
-constexpr double shortest_length = 0.5;
-constexpr double longest_length = 6.0;
-constexpr double length_factor = 1.12;
+using namespace defaults::systematic_error;
 
 struct Lag {
   double squared_distance = 0.0;

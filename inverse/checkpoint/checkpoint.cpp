@@ -11,8 +11,8 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr std::uint64_t format = 0x54504b432d554d4bULL;  // "KMU-CKPT" in memory, low byte first
-constexpr std::uint64_t version = 16;
-constexpr std::size_t checksum_at = 5 * sizeof(std::uint64_t);
+constexpr std::uint64_t version = 17;
+constexpr std::size_t checksum_at = 4 * sizeof(std::uint64_t);
 constexpr std::size_t header_bytes = checksum_at + sizeof(std::uint64_t);
 
 std::uint64_t checksum(std::span<const std::byte> header, std::span<const std::byte> state) {
@@ -24,9 +24,9 @@ std::uint64_t checksum(std::span<const std::byte> header, std::span<const std::b
 
 }  // namespace
 
-std::vector<std::byte> seal(std::span<const std::byte> state, const CheckpointOrigin& origin) {
+std::vector<std::byte> seal(std::span<const std::byte> state, std::uint64_t origin) {
   ByteWriter out;
-  out(format, version, std::uint64_t{state.size()}, origin.inputs, origin.program);
+  out(format, version, std::uint64_t{state.size()}, origin);
   out(checksum(out.bytes(), state));
   std::vector<std::byte> sealed(header_bytes + state.size());
   const auto begin = std::copy(out.bytes().begin(), out.bytes().end(), sealed.begin());
@@ -34,13 +34,12 @@ std::vector<std::byte> seal(std::span<const std::byte> state, const CheckpointOr
   return sealed;
 }
 
-std::span<const std::byte> unseal(std::span<const std::byte> bytes,
-                                  const CheckpointOrigin& origin) {
+std::span<const std::byte> unseal(std::span<const std::byte> bytes, std::uint64_t origin) {
   if (bytes.size() < header_bytes) throw InputError("is cut short");
   ByteReader in(bytes);
-  std::array<std::uint64_t, 6> header{};
+  std::array<std::uint64_t, 5> header{};
   for (std::uint64_t& n : header) in(n);
-  const auto [found_format, found_version, size, inputs, program, sum] = header;
+  const auto [found_format, found_version, size, found_origin, sum] = header;
   if (found_format != format) throw InputError("is damaged or no checkpoint");
   if (found_version != version) throw InputError("is damaged or of another version of kappamu");
   const std::span<const std::byte> state = bytes.subspan(header_bytes);
@@ -48,9 +47,8 @@ std::span<const std::byte> unseal(std::span<const std::byte> bytes,
   if (sum != checksum(bytes.first(checksum_at), state)) {
     throw InputError("is damaged: its checksum does not match");
   }
-  if (inputs != origin.inputs) throw InputError("belongs to other measurements or options");
-  if (program != origin.program) {
-    throw InputError("is of another program, device or driver, whose digits differ");
+  if (found_origin != origin) {
+    throw InputError("belongs to other measurements or options, or is another program's");
   }
   return state;
 }

@@ -8,34 +8,17 @@
 
 #include "core/error.h"
 #include "inverse/block_model/model_layers.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double most_deviations = 3.0;
-/// What depth and structure common to all patterns do to the scale of the best homogeneous block
-/// [log], one standard deviation over layered and inhomogeneous blocks; what weak layers that
-/// look like a factor do, where such a block explains everything; and what calibration leaves.
-constexpr double structure_spread = 0.16;
-constexpr double weak_layers_spread = 0.025;
-constexpr double calibration_spread = 0.01;
-constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
-/// The same of what volumes find: what grid, prior and calibration leave.
-constexpr double volume_shift_spread = 0.04;
-/// VolumeErrors::paid_for_scale beyond which values are too high. Right data pay as much in one of
-/// 200 blocks, those of a factor of 1.2 in most (studies/notes/fit-choices.md).
-constexpr double most_paid = 0.15;
+using namespace defaults::consistency;
+
 /// Of 92 blocks that were to pay more than 0.15 all but one had paid more than 0.05 after 16 steps
 /// (studies/notes/fit-choices.md).
 constexpr ErrorSteps volume_steps{48, 16, 0.03};
-/// Coarser voxels tell the same for an eighth of the solves, if there are enough.
-constexpr int enough_voxels = 8;
-/// Below, the block is even enough across the light to ask for its refractive index.
-constexpr double nearly_even = 0.1;
-constexpr std::array<double, 5> usual_etas{1.3, 1.33, 1.4, 1.5, 1.6};
-constexpr double same_eta = 0.015;
-
 /// Standard errors that `patterns` patterns have estimated: Student's t exceeds so many of them as
 /// rarely as a normal number exceeds `most_deviations` (to first order in 1/degrees of freedom).
 double student(int patterns) {

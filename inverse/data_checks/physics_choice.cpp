@@ -7,19 +7,13 @@
 #include <vector>
 
 #include "core/shown_text.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr int pilot_patterns = 4;
-/// Of a pixel: log (r M) is then 1 % too low on average.
-constexpr double pilot_noise = 0.15;
-/// What volumes by transport are themselves right to (docs/limits.md).
-constexpr double tolerated_kappa = 0.05;
-constexpr double tolerated_mu = 0.15;
-/// An error of so much of a deviation hardly adds to it.
-constexpr double hardly = 0.5;
+using namespace defaults::physics_choice;
 
 /// What was seen of a pattern, in all.
 double brightness(const Problem& problem, int pattern) {

@@ -9,6 +9,7 @@
 #include "core/numbers/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_layers.h"
+#include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
 #include "inverse/problem/expected_blocks.h"
 
@@ -16,19 +17,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr double step_tolerance = 2e-3;
-/// χ² per value from which a second correction of the grid changes nothing that matters.
-constexpr double far_from_data = 4.0;
-constexpr double tolerated_misfit = 0.05;
-/// Where it starts, and what no fit goes below.
-constexpr double usual_heterogeneity = 0.3;
-constexpr double least_heterogeneity = 1e-3;
-/// Spread of log scale and, over the face's extent, of the shift: for light that tells neither.
-constexpr double scale_spread = 1.0;
-constexpr double free_shift_spread = 0.25;
-/// Beyond, the scale or the shift is no slip of a rig but a fit gone astray.
-constexpr double largest_log_scale = 2.5;
-constexpr double largest_shift = 0.25;  ///< of the face's extent
+using namespace defaults::scale_and_shift;
 
 class Exposure final : private Residuals {
  public:

@@ -9,6 +9,7 @@
 
 #include "core/numbers/conjugate_gradients.h"
 #include "core/numbers/linear_algebra.h"
+#include "inverse/defaults.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/posterior_hessian.h"
 
@@ -16,7 +17,8 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr int probes = 4;
+using namespace defaults::volume_errors;
+
 /// Columns: shifts along u and v, and the logarithm of the scale where it can be known.
 constexpr Eigen::Index shifts = 2, scale = 2;
 /// Share of S that the last step of conjugate gradients may still have taken away: of a scale's S,

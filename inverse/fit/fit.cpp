@@ -1,20 +1,23 @@
-// A fit in order: a start, then one weight after another, grid by grid.
+// A fit in order: a start, grids coarse to fine and weights strong to weak, a model, checks,
+// deviations.
 #include "inverse/fit/fit.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/error.h"
-#include "inverse/block_model/homogeneous.h"
-#include "inverse/fit/channel_run.h"
+#include "inverse/fit/conclusion.h"
 #include "inverse/fit/fit_fingerprint.h"
+#include "inverse/fit/fit_run.h"
+#include "inverse/fit/minimise.h"
+#include "inverse/fit/path_rules.h"
+#include "inverse/fit/start.h"
 
 namespace kappamu::inverse {
 
-GridPath make_grid_path(const SurfaceMeasurements& measurements, int channel,
-                        const FitOptions& options) {
+namespace {
+
+GridPath grids_of(const SurfaceMeasurements& measurements, int channel, const FitOptions& options) {
   const DataOptions& data = options.data;
   const bool unweighted = options.regulariser.kind == RegulariserKind::wang2008;
   return {{make_problem(measurements, channel, data.convention, data.model_error),
@@ -25,175 +28,164 @@ GridPath make_grid_path(const SurfaceMeasurements& measurements, int channel,
           options.path.correct_grid ? GridCorrection::next_finer : GridCorrection::none};
 }
 
-ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
-                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
-                       const Observer& observer, const FitContext& context)
-    : measurements_(measurements),
-      options_(options),
-      checkpoint_(checkpoint),
-      progress_(progress),
-      observer_(observer),
-      context_(context),
-      channel_(channel),
-      stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
-      origin_{fingerprint(measurements, channel, options, context),
-              program_fingerprint(checkpoint.program, options.solver.backend)},
-      per_value_(
-          exitance_per_value(measurements, make_setup(measurements, options.data.convention))),
-      grid_(make_grid_path(measurements, channel, options)) {}
-
-void ChannelRun::warn(const std::string& sentence) {
-  auto& warnings = state_.report.warnings;
-  if (std::find(warnings.begin(), warnings.end(), sentence) != warnings.end()) return;
-  warnings.push_back(sentence);
-  tell(sentence);
+/// On a grid that has just been opened: a weight fixed by the user is the last at once on the
+/// finest.
+void begin_grid(FitRun& run, double weight) {
+  FitState& at = run.state;
+  at.weight = weight;
+  at.last = run.grid.level() == 0 && run.fixed_weight() && !run.context.interim;
+  at.end = PathEnd::unknown;
+  at.last_chi2 = at.last_score = 0.0;
 }
 
-void ChannelRun::save() {
-  since_save_ = Stopwatch{};
-  if (!checkpoint_.save) return;
-  FitState saved = state_;
-  saved.seconds = seconds();
-  saved.level = grid_.level();
-  saved.closer = grid_.closer();
-  saved.correction = grid_.objective().correction();
-  saved.solves = grid_.objective().solves();
-  checkpoint_.save(seal(saved.bytes(), origin_));
+/// From another fit's volume, on the finest grid, one step of the path above where that ended.
+void begin_continued(FitRun& run, const Continuation& from) {
+  FitReport& report = run.state.report;
+  run.open(0);
+  report.homogeneous_kappa = from.homogeneous_kappa;
+  report.homogeneous_mu = from.homogeneous_mu;
+  report.homogeneous_log_residual = from.homogeneous_log_residual;
+  const bool automatic = run.options.data.physics == Physics::automatic;
+  run.set_physics(automatic ? from.physics : run.options.data.physics);
+  if (automatic) report.physics_reason = from.physics_reason;
+  run.state.fields = to_fields(from.medium);
+  begin_grid(run, weight_going_on(run.options.path, from.weight));
+  run.renew_correction(run.state.fields);
 }
 
-void ChannelRun::record() {
-  state_.report.history.push_back({grid_.level(), state_.path.weight, state_.stage_steps,
-                                   grid_.objective().solves(), state_.optimiser.value, state_.chi2,
-                                   state_.roughness, seconds()});
-  if (observer_) {
-    observer_(state_.report.history.back(), grid_.shape(), function_->fields(state_.optimiser.z));
+/// The homogeneous block, what it says of the data, and the model: a volume begins on the coarsest
+/// grid, a model of few unknowns is the result.
+void begin(FitRun& run) {
+  const PathOptions& path = run.options.path;
+  const GridLevels& levels = run.grid.levels();
+  FitReport& report = run.state.report;
+  run.open(levels.coarsest());
+  Objective& objective = run.grid.objective();
+  const HomogeneousFit start = find_start(run);
+  report.homogeneous_kappa = start.kappa;
+  report.homogeneous_mu = start.mu;
+  report.homogeneous_log_residual = start.log_residual;
+  const std::size_t cells = run.grid.shape().cells();
+  const CoefficientPair fields{Vector(cells, std::log(start.kappa)),
+                               Vector(cells, std::log(start.mu))};
+  if (path.correct_grid) objective.refresh_correction(run.grid.refinement(), fields);
+  report.consistency =
+      check_consistency(levels[0], start.kappa, start.mu, run.options.data.model_error,
+                        run.options.solver.backend, levels.photons());
+  for (const std::string& sentence : warnings_of(report.consistency, levels[0])) run.warn(sentence);
+  run.count(report.consistency.solves);
+  if (std::optional<SimpleFit> simple = choose_simple_model(run)) {
+    conclude_simple(run, std::move(*simple));
+    run.state.finished = true;
+    return;
   }
-  // Each grid costs eight times the next coarser one: progress counts grids, then weights.
-  const int levels = grid_.levels().count();
-  const int done = levels - 1 - grid_.level();
-  char detail[128];
-  std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d", done + 1,
-                levels, state_.path.weight, state_.chi2, state_.stage_steps);
-  const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.path.target_chi2));
-  progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
+  run.state.fields = fields;
+  objective.value(fields);
+  begin_grid(run, first_weight(path, objective.chi2_per_value()));
 }
 
-void ChannelRun::open(int level, bool closer) {
-  grid_.open(level, closer);
-  if (!grid_.objective().warning().empty()) warn(grid_.objective().warning());
-}
-
-/// On the finest grid, from another fit's volume, one step of the path above where it ended.
-void ChannelRun::begin_continued(const Continuation& continued) {
-  open(0);
-  state_.report.homogeneous_kappa = continued.homogeneous_kappa;
-  state_.report.homogeneous_mu = continued.homogeneous_mu;
-  state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
-  state_.fields = to_fields(continued.medium);
-  if (options_.data.physics == Physics::automatic) {
-    set_physics(continued.physics);
-    state_.report.physics_reason = continued.physics_reason;
+/// From level 1 to itself closer, or to the next finer grid, where the weight is adapted.
+void begin_next_grid(FitRun& run) {
+  FitState& at = run.state;
+  if (run.grid.go_closer()) {
+    run.grid.objective().value(at.fields);
   } else {
-    set_physics(options_.data.physics);
+    at.fields = run.grid.refine(at.fields);
+    run.renew_correction(at.fields);
   }
-  path_.start_from(continued.weight);
-  renew_correction(state_.fields);
-  if (options_.path.weight) state_.path.end = continued.end;
+  const double chi2 = run.grid.objective().chi2_per_value();
+  begin_grid(run, weight_on_finer_grid(run.options.path, at.weight, chi2));
 }
 
-void ChannelRun::begin() {
-  if (context_.continued) return begin_continued(*context_.continued);
-  open(grid_.levels().coarsest());
-  Objective& objective = grid_.objective();
-  HomogeneousFit start;
-  try {
-    const PathOptions& path = options_.path;
-    std::optional<HomogeneousGuess> guess;
-    if (path.start_kappa) guess = {*path.start_kappa, path.start_mu.value()};
-    start = find_homogeneous(grid_.levels()[0], guess);
-  } catch (const InputError& error) {
-    throw InputError(stage_name_ + ": " + error.what(), error.options());
+/// Down the weights of the finest grid to the one that ends the path. That one is minimised again,
+/// with more patience: those before it only lead there.
+void descend(FitRun& run, Stage& stage) {
+  const PathOptions& path = run.options.path;
+  FitState& at = run.state;
+  std::optional<Outlook> ahead;
+  for (;;) {
+    const Minimum minimum = settle(run, stage);
+    ahead = outlook(run, stage, minimum.renewed);
+    at.end = end_of_path(path, at.weight, minimum, ahead, {at.last_chi2, at.last_score});
+    if (at.end == PathEnd::model_error) break;
+    at.last_chi2 = minimum.renewed;
+    at.last_score = ahead ? cross_validation(minimum.renewed, ahead->free_share) : 0.0;
+    if (at.end != PathEnd::unknown) break;
+    at.weight *= path.weight_factor;
+    begin_weight(run, stage);
   }
-  const auto fields = [&] {
-    const std::size_t cells = grid_.shape().cells();
-    return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
-  };
-  choose_physics(start);
-  if (state_.report.physics == Physics::transport) start = refit_by_transport(start);
-  if (options_.path.correct_grid) objective.refresh_correction(grid_.refinement(), fields());
-  state_.report.homogeneous_kappa = start.kappa;
-  state_.report.homogeneous_mu = start.mu;
-  state_.report.homogeneous_log_residual = start.log_residual;
-  if (!start.converged) {
-    warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
+  const bool taken_back = at.end == PathEnd::model_error;
+  if (taken_back) {
+    at.fields = stage.begun;
+    at.weight /= path.weight_factor;
   }
-  const GridLevels& levels = grid_.levels();
-  Consistency& consistency = state_.report.consistency;
-  consistency = check_consistency(levels[0], start.kappa, start.mu, options_.data.model_error,
-                                  options_.solver.backend, levels.photons());
-  for (const std::string& sentence : warnings_of(consistency, levels[0])) warn(sentence);
-  SolveCount solves = objective.solves();
-  solves.add(consistency.solves);
-  objective.restore(objective.correction(), solves);
-  if (settle_for_simple_model()) return;
-  state_.fields = fields();
-  objective.value(state_.fields);
-  path_.start(objective.chi2_per_value(), grid_.level());
+  at.last = !run.context.interim && deserves_patience(path, ahead);
+  if (taken_back || (at.last && run.grid.levels().photons())) run.renew_correction(at.fields);
+  if (!at.last) return;
+  if (taken_back) {
+    begin_weight(run, stage);
+  } else {
+    go_on_with_weight(run, stage);
+  }
 }
 
-/// r anew; χ² per value with it. On the way to the last weight, where r and the volume still move
-/// more, by a quarter of the photons.
-double ChannelRun::renew_correction(const CoefficientPair& fields) {
-  constexpr double noise_midway = 2.0;
-  return grid_.renew_correction(fields, path_.at_last_weight() ? 1.0 : noise_midway);
+/// Grids coarse to fine, on the finest the weights strong to weak.
+void follow_path(FitRun& run) {
+  FitState& at = run.state;
+  Stage stage;
+  begin_weight(run, stage);
+  while (run.grid.level() > 0) {
+    // A lower weight on a coarse grid fits the grid's own error, along the valley of κ against μ.
+    settle(run, stage);
+    begin_next_grid(run);
+    stage = Stage{};
+    begin_weight(run, stage);
+  }
+  if (!at.last) descend(run, stage);
+  if (at.last) at.last_chi2 = settle(run, stage).renewed;
+  if (run.fixed_weight()) {
+    at.end = run.context.continued ? run.context.continued->end : PathEnd::asked;
+  }
+  conclude(run, stage);
+  at.finished = true;
 }
 
-void ChannelRun::follow_path() {
-  CoefficientPair begun = std::move(state_.fields);
-  state_.fields = function_->fields(state_.optimiser.z);
-  const double weight = state_.path.weight;
-  // What counts is the χ² of a model corrected here, not where this weight was begun.
-  const double renewed = renew_correction(state_.fields);
-  const bool was_last = path_.at_last_weight();
-  const NextStep next = path_.minimum(state_.chi2, renewed, outlook(renewed), grid_.level());
-  bool outdated = next.from == NextStep::From::begun;
-  if (outdated) state_.fields = std::move(begun);
-  if (next.what == NextStep::What::finer_grid) {
-    state_.optimiser = OptimiserState{};
-    outdated = false;
-    if (grid_.go_closer()) {
-      grid_.objective().value(state_.fields);
-    } else {
-      state_.fields = grid_.refine(state_.fields);
-      renew_correction(state_.fields);
+/// The volume and what is said of it.
+ChannelFit result_of(FitRun& run) {
+  const FitState& state = run.state;
+  Objective& objective = run.grid.objective();
+  run.state.report.chi2_per_value = state.last_chi2;
+  run.state.report.weight = state.weight;
+  run.state.report.end = state.end;
+  run.save(state.fields);
+  objective.value(state.fields);
+  ChannelFit fit;
+  fit.medium = to_medium(state.fields, run.grid.shape());
+  if (!run.context.interim) {
+    for (const std::string& sentence :
+         volume_warnings(fit.medium, state.report, run.measurements, run.options)) {
+      run.warn(sentence);
     }
-    path_.refine(grid_.objective().chi2_per_value(), grid_.level());
   }
-  const bool by_few_photons = grid_.levels().photons() && !was_last && path_.at_last_weight();
-  if (outdated || by_few_photons) renew_correction(state_.fields);
-  if (next.what == NextStep::What::conclude) return conclude();
-  if (next.what == NextStep::What::minimise && state_.path.weight == weight) {
-    state_.fields = std::move(begun);
-    go_on_with_weight();
-  } else {
-    begin_weight();
+  run.state.report.shared = shared_errors_now(run);
+  const double per_value = exitance_per_value(
+      run.measurements, make_setup(run.measurements, run.options.data.convention));
+  for (const double p : objective.prediction()) {
+    fit.prediction.push_back(static_cast<float>(p / per_value));
   }
-}
-
-ChannelFit ChannelRun::run() {
-  const bool resumed = resume();
-  if (!resumed) {
-    begin();
-    if (state_.path.phase != FitPhase::finished) begin_weight();
-  }
-  while (state_.path.phase != FitPhase::finished) {
-    minimise();
-    follow_path();
-  }
-  ChannelFit fit = result();
-  fit.report.resumed = resumed;
+  check_data(run);
+  find_deviations(run, fit);
+  fit.correction = objective.correction();
+  fit.simpler = state.simpler;
+  fit.report = state.report;
+  fit.report.backend = objective.backend_name();
+  fit.report.data = run.grid.levels()[0].used();
+  fit.report.solves = objective.solves();
+  fit.report.seconds = run.seconds();
   return fit;
 }
+
+}  // namespace
 
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
@@ -206,7 +198,23 @@ ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
   if (context.continued && !(context.continued->medium.kappa.shape() == measurements.grid)) {
     throw InputError("a fit goes on from volumes on the grid of the measurements only");
   }
-  return ChannelRun(measurements, channel, options, checkpoint, progress, observer, context).run();
+  FitRun run{measurements,
+             channel,
+             options,
+             checkpoint,
+             progress,
+             observer,
+             context,
+             "fit " + measurements.channels[static_cast<std::size_t>(channel)],
+             fingerprint(measurements, channel, options, context, checkpoint.program),
+             grids_of(measurements, channel, options)};
+  const bool resumed = resume(run);
+  if (!resumed && context.continued) begin_continued(run, *context.continued);
+  if (!resumed && !context.continued) begin(run);
+  if (!run.state.finished) follow_path(run);
+  ChannelFit fit = result_of(run);
+  fit.report.resumed = resumed;
+  return fit;
 }
 
 }  // namespace kappamu::inverse

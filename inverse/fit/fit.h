@@ -54,7 +54,7 @@ struct StepRecord {
   int level = 0;        ///< grid, 0 = finest
   double weight = 0.0;  ///< α
   int step = 0;         ///< at this weight on this grid
-  SolveCount solves;    ///< so far, on all grids
+  SolveCount solves{};  ///< so far, on all grids
   double objective = 0.0;
   double chi2_per_value = 0.0;
   double roughness = 0.0;  ///< R
@@ -104,11 +104,11 @@ struct ChannelFit {
   FitReport report;
 };
 
-/// How a fit survives being killed. `save` receives everything the next step needs; `load` gives
-/// what was saved last, and where that turns out to be of no use and `load` is called again, what
-/// was saved before; nothing after the last. With the same measurements, options, program and
-/// device the fit then ends in the same bits, history and warnings. What is damaged or of another
-/// fit is passed over, with a warning (checkpoint.h).
+/// How a fit survives being killed. `save` receives the volume so far and where it stands on its
+/// path; `load` gives what was saved last, and where that turns out to be of no use and `load` is
+/// called again, what was saved before; nothing after the last. The fit goes on from that volume
+/// and ends in the same answer to its tolerance. What is damaged or of another fit is passed over,
+/// with a warning (checkpoint.h).
 struct Checkpoint {
   std::function<void(std::span<const std::byte>)> save;
   std::function<std::optional<std::vector<std::byte>>()> load;

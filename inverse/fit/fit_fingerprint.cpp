@@ -3,7 +3,6 @@
 #include <optional>
 #include <span>
 
-#include "forward/grid/grid_solver.h"
 #include "inverse/checkpoint/state_bytes.h"
 #include "inverse/fit/describe_options.h"
 
@@ -43,8 +42,9 @@ void add(Fingerprint& print, const std::optional<double>& value) {
 }  // namespace
 
 std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOptions& o,
-                          const FitContext& context) {
+                          const FitContext& context, const std::string& program) {
   Fingerprint print;
+  print.add(program);
   print.add(channel);
   add(print, m, channel);
   print.add(context.interim);
@@ -60,13 +60,6 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   describe(o, [&print](const Option& option, const auto& value, const auto&...) {
     if (option.shapes_volumes) add(print, value);
   });
-  return print.value();
-}
-
-std::uint64_t program_fingerprint(const std::string& program, const Backend& backend) {
-  Fingerprint print;
-  print.add(program);
-  print.add(forward::device_identity(backend.device));
   return print.value();
 }
 

@@ -9,13 +9,10 @@
 
 namespace kappamu::inverse {
 
-/// Of everything that determines the result but program and device: channel, data, options and
-/// context.
+/// Of everything that determines the result but the device: channel, data, options, context and
+/// `program`, as Checkpoint::program has it.
 std::uint64_t fingerprint(const SurfaceMeasurements& measurements, int channel,
-                          const FitOptions& options, const FitContext& context);
-
-/// Of what else its bits depend on: the program, as Checkpoint::program has it, and the device with
-/// its driver. The number of threads is not among them.
-std::uint64_t program_fingerprint(const std::string& program, const Backend& backend);
+                          const FitOptions& options, const FitContext& context,
+                          const std::string& program = {});
 
 }  // namespace kappamu::inverse

@@ -40,7 +40,8 @@ Vector FitFunction::coordinates(const CoefficientPair& fields) const {
 }
 
 CoefficientPair FitFunction::fields(const Vector& z) const {
-  return z == start_.z ? start_.fields : scale_.to_fields(basis_.to_fields(z));
+  if (z == start_.z) return start_.fields;
+  return z == here_.z ? here_.fields : scale_.to_fields(basis_.to_fields(z));
 }
 
 void FitFunction::go_to(const Vector& z) {

@@ -4,28 +4,26 @@
 
 #include "core/process_memory.h"
 #include "device/device_info.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Doubles per voxel beside the optimiser's pairs: coefficients, coordinates, gradients, trial
-/// points, the products a gradient is made of, the regulariser's work.
-constexpr double working_doubles = 60.0;
-/// Doubles per fine voxel of a refined solve: split coefficients, their logarithms' exponentials.
-constexpr double refined_doubles = 4.0;
+using namespace defaults::memory;
 
 }  // namespace
 
 FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOptions& options) {
   const Backend& backend = options.solver.backend;
+  const auto operators = backend.operators ? backend.operators : forward::block_operators();
   const forward::GridSetup setup{.shape = measurements.grid, .lit_face = measurements.lit_face};
   const auto cells = static_cast<double>(measurements.grid.cells());
   const int patterns = measurements.patterns;
   const int batch = std::min(patterns, backend.batch);
   const auto solver = [&](const forward::GridSetup& at, int fields, int in_fields, int at_once) {
     return static_cast<double>(
-        backend.operators->memory(at, in_fields, fields, at_once, backend.precision));
+        operators->memory(at, in_fields, fields, at_once, backend.precision));
   };
   // φ of all patterns stays while an adjoint batch, or a refined one, is solved beside it.
   const double fluence = solver(setup, 1, patterns, batch);

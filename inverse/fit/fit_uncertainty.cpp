@@ -8,7 +8,6 @@
 #include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
-#include "inverse/fit/channel_run.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {

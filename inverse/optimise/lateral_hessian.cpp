@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Samples that a row's variance is estimated from.
-constexpr int enough_for_variances = 8;
+using namespace defaults::lateral_hessian;
 
 /// Mean of each band's samples and its neighbours' on both sides, of at least `enough`.
 template <class Sum>

@@ -6,19 +6,13 @@
 #include <limits>
 #include <utility>
 
+#include "inverse/defaults.h"
+
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double first_damping = 1e-2;
-/// Of the damping where a step fails, doubled with each failure in a row.
-constexpr double first_raise = 8.0;
-/// Of the trace: keeps directions that neither residuals nor prior determine from being followed.
-constexpr double least_damping = 1e-12;
-/// A step that keeps less of its promise asks for a fresh Jacobian.
-constexpr double trusted_step = 0.25;
-/// One that keeps less than this may be bent.
-constexpr double kept_well = 0.75;
+using namespace defaults::levenberg_marquardt;
 
 }  // namespace
 

@@ -9,16 +9,13 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Share of the promised decrease a step must keep (Armijo).
-constexpr double sufficient_decrease = 1e-4;
-/// Times s·y/y·y, the usual guess of H⁻¹ where no pair has been: the stiffest directions, which
-/// pairs soon know, prevail in y (studies/notes/fit-path.md).
-constexpr double softer = 2.0;
+using namespace defaults::optimiser;
 
 /// Σ term(i) over [begin, end), in sums of their own for vector registers.
 template <class Term>

@@ -3,17 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "inverse/defaults.h"
+
 namespace kappamu::inverse {
 
 namespace {
 
-/// Along every axis: fewer resolve neither the decay along the light nor a patch.
-constexpr int fewest_voxels = 4;
-/// Masks leave a coarser grid fewer whole data than the fine one has.
-constexpr std::size_t fewest_data = 16;
-/// Of the coarse grids' model error (studies/notes/fit-path.md, "Closer before the finest grid, and
-/// r on the way").
-constexpr double closer_share = 1.0 / 3.0;
+using namespace defaults::grid_levels;
 
 }  // namespace
 

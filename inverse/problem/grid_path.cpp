@@ -6,21 +6,13 @@
 #include <vector>
 
 #include "core/error.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Solves leave a residual of this share of a datum's usual deviation, but of no more than
-/// `loosest`: fits end at the same E as with exact ones (docs/theory.md, section 4).
-constexpr double of_deviation = 0.3;
-constexpr double loosest = 3e-3;
-/// An error of a gradient by so small a share changes nothing of where they end.
-constexpr double of_gradients = 2e-2;
-/// Nothing cancels an error of r: it is kept far below the deviation that one datum in twenty has
-/// at most.
-constexpr double of_least_deviation = 0.05;
-constexpr double loosest_correction = 1e-3;
+using namespace defaults::grid_path;
 
 /// The relative deviations of the data.
 std::vector<double> relative_deviations(const Problem& problem) {

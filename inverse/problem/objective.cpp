@@ -39,6 +39,10 @@ auto patterns_of(Values& values, int begin, int end, std::size_t size) {
 
 }  // namespace
 
+forward::MadeOperator Backend::make(const forward::GridSetup& setup, Face seen) const {
+  return (operators ? operators : forward::block_operators())->make(setup, seen, device, precision);
+}
+
 Refinement refine(const Problem& problem) {
   Refinement refinement;
   refinement.setup = problem.setup;
@@ -85,8 +89,7 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
       backend_(std::move(backend)),
       derivative_solve_(backend_.solve),
       data_options_(data_term) {
-  forward::MadeOperator made = backend_.operators->make(problem_.setup, problem_.seen_face,
-                                                        backend_.device, backend_.precision);
+  forward::MadeOperator made = backend_.make(problem_.setup, problem_.seen_face);
   operator_ = std::move(made.op);
   warning_ = std::move(made.warning);
   stated_weight_ = problem_.weight;

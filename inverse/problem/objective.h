@@ -57,8 +57,10 @@ struct Backend {
   int batch = 16;                   ///< patterns solved at once
   double refined_tolerance = 1e-4;  ///< of a refined solve's residual
   double refined_memory_mb = 6144;  ///< bound on the fields of a refined solve [MiB]
-  /// Makes the operator of every grid: of blocks unless another is given.
-  std::shared_ptr<const forward::OperatorFactory> operators = forward::block_operators();
+  /// Makes the operator of every grid; null: forward::block_operators().
+  std::shared_ptr<const forward::OperatorFactory> operators{};
+
+  forward::MadeOperator make(const forward::GridSetup& setup, Face seen) const;
 };
 
 /// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.

@@ -6,15 +6,14 @@
 #include <utility>
 
 #include "core/error.h"
+#include "inverse/defaults.h"
 #include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// r outside is no grid error but noise of vanishing light.
-constexpr double min_correction = 0.25;
-constexpr double max_correction = 4.0;
+using namespace defaults::correction;
 
 }  // namespace
 
@@ -26,9 +25,7 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   const std::vector<double> kappa = split_voxels(exponential(fields.log_kappa), own, shape, 2);
   const std::vector<double> mu = split_voxels(exponential(fields.log_mu), own, shape, 2);
   const std::unique_ptr<forward::DiffusionOperator> finer =
-      backend_.operators
-          ->make(refinement.setup, problem_.seen_face, backend_.device, backend_.precision)
-          .op;
+      backend_.make(refinement.setup, problem_.seen_face).op;
   const int batch =
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
   const auto exitance_below = [&](double lower_kappa, double lower_mu) {

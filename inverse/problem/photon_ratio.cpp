@@ -10,30 +10,18 @@
 #include "core/optics.h"
 #include "core/progress.h"
 #include "forward/montecarlo/monte_carlo_model.h"
+#include "inverse/defaults.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t fewest_photons = 1 << 14;  // of each pattern
-constexpr std::uint64_t most_photons = 1 << 22;
-/// Variance of a smoothed pixel over its datum's: smoothing goes no further.
-constexpr double tolerated_noise = 0.25;
-/// Relative deviation tolerated where no datum says what is.
-constexpr double unseen_noise = 0.1;
-/// What of a slope its regression may leave unexplained.
-constexpr double slope_misfit = 0.1;
-constexpr std::uint64_t photons_over_slope = 4;
+using namespace defaults::photon_ratio;
+
 constexpr std::uint64_t slope_key = 0xD1B54A32D192ED03U;
 /// A key of our own: data simulated with the fit's seed must not share its noise.
 constexpr std::uint64_t own_key = 0x9E3779B97F4A7C15U;
-/// μ/σt' of a voxel that leaves no scattering, and κ below which a voxel is a mirror to light and
-/// slows all photons, as shares of the median κ and of the voxel's edge (200 mean free paths): none
-/// is a material, all occur on a fit's way.
-constexpr double most_absorption = 0.999;
-constexpr double least_kappa_of_median = 0.02;
-constexpr double least_kappa_of_voxel = 1.0 / 600.0;
 
 /// What transport can read of a fit's coefficients, their logarithms lower by so much.
 Medium walkable(const PhotonProblem& problem, double lower_kappa, double lower_mu) {

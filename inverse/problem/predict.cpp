@@ -5,16 +5,14 @@
 #include <iterator>
 
 #include "core/error.h"
+#include "inverse/defaults.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Photons' noise of a prediction by transport: half of this share of each value and of this share
-/// of the pattern's largest, and so at most what usual data have; or half of its datum's.
-constexpr double photon_noise = 0.005;
-constexpr double photon_noise_floor = 5e-5;
+using namespace defaults::predict;
 
 /// `diffusion` [M][v][u], on pixels of factor² of the walk's, becomes transport's; `variance` of
 /// the data beside it [M][v][u] or empty.
@@ -46,10 +44,7 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
   }
   forward::GridSetup setup = make_setup(light, options.convention);
   setup.shape = shape.refined(options.refine);
-  const auto op =
-      options.backend.operators
-          ->make(setup, light.seen_face, options.backend.device, options.backend.precision)
-          .op;
+  const auto op = options.backend.make(setup, light.seen_face).op;
   const std::vector<double> kappa =
       split_voxels(medium.kappa.values(), shape, setup.shape, options.refine);
   const std::vector<double> mu =

@@ -5,12 +5,13 @@
 #include <numeric>
 
 #include "core/numbers/gaussian_sum.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double pooling = 1.5;  ///< deviation of the Gaussian mean [voxels]
+using namespace defaults::local_information;
 
 void share_out(Vector& variance, const Vector& beforehand, const Vector& sensitivity,
                const MediumSpace& space) {

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "inverse/defaults.h"
+
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double half_found = 0.5;
+using namespace defaults::point_spread;
 
 /// exp(−λ w²/2) = ½ at the eigenvalue λ, between two bins, where `found` first falls below ½, and
 /// √(8 ln 2) w, both in voxels.

@@ -8,15 +8,14 @@
 #include <vector>
 
 #include "core/shown_text.h"
+#include "inverse/defaults.h"
 #include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr double undetermined_factor = 2.0;  // a coefficient known no better says little
-constexpr double decided_by_data = 0.5;      // resolution below which the smoothing has the say
-constexpr double trading = 0.5;              // correlation from which κ and μ trade
+using namespace defaults::summary;
 
 std::string number(double value) {
   return shown_number(value, "%.3g");

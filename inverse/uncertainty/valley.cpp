@@ -3,20 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "inverse/defaults.h"
+
 namespace kappamu::inverse {
 
 namespace {
 
-/// Deviations along the valley over the spread of log κ within the layer where most is found (light
-/// that turns back leaves deep ones even), and over that of the layers' means, which steady light
-/// determines least. These, how much further log μ goes and how much more is missed of the truth
-/// than of the fit were measured on the population's seeds 41 to 55 and the paper's samples
-/// (docs/theory.md, 5).
-constexpr double share_within_layer = 0.5;
-constexpr double share_of_means = 2.0;
-constexpr double mu_over_kappa = 3.5;
-constexpr double missed_kappa_of_truth = 3.0;
-constexpr double missed_mu_of_truth = 2.0;
+using namespace defaults::valley;
 
 struct Spread {
   double sum = 0.0, squares = 0.0;

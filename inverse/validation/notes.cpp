@@ -6,26 +6,13 @@
 
 #include "core/numbers/median.h"
 #include "core/shown_text.h"
+#include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// A rim that masks leave out is known from beside it.
-constexpr double much_unseen = 0.2;  // of the seen face
-/// Voxels so small tell no more than larger ones (docs/limits.md, "The fit").
-constexpr double fine_voxel = 0.2;     // of a mean free path
-constexpr double advised_voxel = 0.5;  // the same
-constexpr int fewest_voxels = 4;       // that the advice leaves across the block
-
-/// Where χ² is above this, and values beyond so many of the others' standard deviations make most
-/// of it, though fewer than this share.
-constexpr double high_chi2 = 1.5;
-constexpr double far = 5.0;
-constexpr double few = 0.1;
-
-/// χ² of validation patterns above so many times the fitted is no chance of a few patterns.
-constexpr double surprising_chi2 = 4.0;
+using namespace defaults::notes;
 
 std::optional<std::string> fine_voxels(const Medium& medium) {
   const double path =

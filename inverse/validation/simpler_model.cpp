@@ -8,6 +8,7 @@
 
 #include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
+#include "inverse/defaults.h"
 #include "inverse/problem/fields.h"
 #include "inverse/problem/predict.h"
 #include "inverse/problem/problem.h"
@@ -16,8 +17,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Pixels whose misfits go together: sampling errors are those between blocks of this edge.
-constexpr int block_edge = 4;
+using namespace defaults::simpler_model;
 
 struct Difference {
   double mean = 0.0;   ///< χ² per value of the first prediction less that of the second

@@ -11,7 +11,7 @@
 #include "core/surface_measurements.h"
 #include "core/threads/side_by_side.h"
 #include "inverse/fit/fit_memory.h"
-#include "inverse/fit/fit_state.h"
+#include "inverse/fit/fit_run.h"
 #include "inverse/fit/fit_uncertainty.h"
 #include "inverse/validation/notes.h"
 #include "inverse/validation/validated_fit.h"
@@ -70,7 +70,7 @@ class FitStage {
  private:
   /// Of the fit that is validated, and of what follows with all patterns.
   std::array<CheckpointFiles, 2> checkpoint_files(const std::string& name) const {
-    const std::size_t most = inverse::most_checkpoint_bytes(measurements_, options_.fit);
+    const std::size_t most = inverse::most_checkpoint_bytes(measurements_);
     return {CheckpointFiles(output_ / ("checkpoint_" + name + ".bin"), most),
             CheckpointFiles(output_ / ("checkpoint_all_" + name + ".bin"), most)};
   }

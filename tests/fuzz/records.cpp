@@ -5,7 +5,7 @@
 #include "calib/calibration_file.h"
 #include "core/error.h"
 #include "inverse/checkpoint/checkpoint.h"
-#include "inverse/fit/fit_state.h"
+#include "inverse/fit/fit_run.h"
 #include "io/read_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/records/fit_options.h"
@@ -175,7 +175,7 @@ void seed_fit(const fs::path& seeds) {
 void read_checkpoint(Bytes bytes) {
   const std::span<const std::byte> state = std::as_bytes(bytes);
   try {
-    inverse::unseal(state, {});
+    inverse::unseal(state, 0);
   } catch (const InputError&) {
   }
   inverse::FitState::from(state);
@@ -183,14 +183,8 @@ void read_checkpoint(Bytes bytes) {
 
 void seed_checkpoint(const fs::path& seeds) {
   inverse::FitState state;
-  state.path = {inverse::FitPhase::descending_again, 3000.0, 2.0, 1.5};
+  state.weight = 3000.0;
   state.fields = {{0.1, 0.2}, {0.3, 0.4}};
-  state.blocks.push_back(Eigen::MatrixXd::Identity(2, 2));
-  state.optimiser.z = state.optimiser.gradient = {1.0, 2.0, 3.0, 4.0};
-  state.optimiser.steps.push_back({1.0F, 2.0F, 3.0F, 4.0F});
-  state.optimiser.changes = state.optimiser.steps;
-  state.optimiser.products.resize(1);
-  state.correction = {{0.5}};
   state.report.history.emplace_back();
   state.report.warnings.emplace_back("a warning");
   state.report.model.trials.emplace_back();

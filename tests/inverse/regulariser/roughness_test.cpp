@@ -275,5 +275,29 @@ TEST(Roughness, OneWeightHasOneMinimiserOnEveryGrid) {
   }
 }
 
+TEST_P(RoughnessOf, AnObjectIsThatOfTheVoxelsInside) {
+  const Anchor anchor{0.3, -0.2, 2.0};
+  // An object that is the lower layers of its box: the regulariser of a box of those alone.
+  const GridShape box{6, 5, 7, 0.5}, lower{6, 5, 4, 0.5};
+  MediumSpace object{box, 2, thickness};
+  for (std::size_t i = 0; i < box.cells(); ++i) {
+    object.fraction.push_back(i < lower.cells() ? 1.0F : 0.0F);
+  }
+  const CoefficientPair fields = random_fields(box, 3, 1.0);
+  const auto cut = [&](const std::vector<double>& v) {
+    return std::vector<double>(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(lower.cells()));
+  };
+  const Roughness found = roughness(object, fields, anchor, GetParam());
+  const Roughness expected = roughness(
+      {lower, 2, thickness}, {cut(fields.log_kappa), cut(fields.log_mu)}, anchor, GetParam());
+  EXPECT_NEAR(found.value / expected.value, 1.0, 1e-12);
+  EXPECT_EQ(cut(found.gradient.log_kappa), expected.gradient.log_kappa);
+  EXPECT_EQ(cut(found.gradient.log_mu), expected.gradient.log_mu);
+  for (std::size_t i = lower.cells(); i < box.cells(); ++i) {
+    EXPECT_EQ(found.gradient.log_kappa[i], 0.0);
+    EXPECT_EQ(found.gradient.log_mu[i], 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace kappamu::inverse

@@ -1,8 +1,6 @@
-// Whether a model of few unknowns ends the fit before any voxel has one of its own.
+#include "inverse/fit/start.h"
 
 #include "core/shown_text.h"
-#include "inverse/block_model/model_choice.h"
-#include "inverse/fit/channel_run.h"
 
 namespace kappamu::inverse {
 
@@ -58,68 +56,62 @@ std::string reason_of(const ModelSearch& search, Model asked) {
 
 }  // namespace
 
-/// Tries the models of few unknowns from the homogeneous start; true where one of them, asked for
-/// or not rejected by the data, is the result.
-bool ChannelRun::settle_for_simple_model() {
-  ModelChoice& choice = state_.report.model;
-  if (options_.path.model == Model::volume) {
+std::optional<SimpleFit> choose_simple_model(FitRun& run) {
+  const FitOptions& options = run.options;
+  ModelChoice& choice = run.state.report.model;
+  if (options.path.model == Model::volume) {
     choice.reason = "Asked for.";
-    return false;
+    return std::nullopt;
   }
-  if (options_.regulariser.kind == RegulariserKind::wang2008) {
+  if (options.regulariser.kind == RegulariserKind::wang2008) {
     choice.reason = "The paper's fit knows no other.";
-    return false;
+    return std::nullopt;
   }
-  ModelSearchOptions options;
-  options.asked = options_.path.model;
-  options.correct_grid = options_.path.correct_grid;
-  options.model_error = options_.data.model_error;
-  options.coarse_model_error = options_.data.coarse_model_error;
-  options.backend = options_.solver.backend;
+  ModelSearchOptions how;
+  how.asked = options.path.model;
+  how.correct_grid = options.path.correct_grid;
+  how.model_error = options.data.model_error;
+  how.coarse_model_error = options.data.coarse_model_error;
+  how.backend = options.solver.backend;
+  const FitReport& report = run.state.report;
   ModelSearch search = search_simple_models(
-      grid_.levels(), state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
-      grid_.objective().correction(), options,
-      [&](const std::string& what) { progress_.update(stage_name_, 0.0, "trying " + what); });
+      run.grid.levels(), report.homogeneous_kappa, report.homogeneous_mu,
+      run.grid.objective().correction(), how,
+      [&](const std::string& what) { run.progress.update(run.stage_name, 0.0, "trying " + what); });
   choice.trials = search.trials;
-  choice.reason = reason_of(search, options_.path.model);
-  SolveCount solves = grid_.objective().solves();
-  solves.add(search.solves);
+  choice.reason = reason_of(search, options.path.model);
+  run.count(search.solves);
   if (!search.accepted) {
-    for (SimpleFit& fit : search.rejected) state_.simpler.push_back(std::move(fit.medium));
-    grid_.objective().restore(grid_.objective().correction(), solves);
-    return false;
+    for (SimpleFit& fit : search.rejected) run.state.simpler.push_back(std::move(fit.medium));
+    return std::nullopt;
   }
-  SimpleFit& accepted = *search.accepted;
-  choice.model = accepted.trial.model;
-  choice.layers = accepted.trial.layers;
+  choice.model = search.accepted->trial.model;
+  choice.layers = search.accepted->trial.layers;
   if (search.systematic) {
     choice.systematic = search.systematic->excess;
     choice.systematic_length = search.systematic->length;
   }
-  open(0);
-  grid_.objective().restore(std::move(accepted.correction), solves);
-  state_.fields = std::move(accepted.fields);
-  state_.path.weight = 0.0;
-  state_.path.last_chi2 = accepted.trial.chi2_per_value;
-  state_.report.history.push_back(
-      {0, 0.0, 0, solves,
-       0.5 * state_.path.last_chi2 * static_cast<double>(grid_.levels()[0].used()),
-       state_.path.last_chi2, 0.0, seconds()});
-  if (observer_) {
-    observer_(state_.report.history.back(), grid_.levels()[0].setup.shape, state_.fields);
-  }
-  conclude_simple(accepted.trial);
-  return true;
+  return std::move(search.accepted);
 }
 
-void ChannelRun::conclude_simple(const ModelTrial& trial) {
-  FitReport& report = state_.report;
+void conclude_simple(FitRun& run, SimpleFit simple) {
+  const ModelTrial& trial = simple.trial;
+  const SolveCount solves = run.grid.objective().solves();
+  run.open(0);
+  run.grid.objective().restore(std::move(simple.correction), solves);
+  FitState& state = run.state;
+  state.fields = std::move(simple.fields);
+  state.last_chi2 = trial.chi2_per_value;
+  const auto values = static_cast<double>(run.grid.problem().used());
+  run.record(
+      {.objective = 0.5 * trial.chi2_per_value * values, .chi2_per_value = trial.chi2_per_value},
+      state.fields);
+  FitReport& report = state.report;
   report.status = trial.rejected ? FitStatus::above_noise : FitStatus::converged;
   report.reason =
       formatted("%s at chi2 per value %.3g.",
                 trial.layers == 1 ? "A homogeneous block" : "Even layers", trial.chi2_per_value);
-  if (trial.rejected) warn(report.model.reason);
-  finish(trial.chi2_per_value);
+  if (trial.rejected) run.warn(report.model.reason);
 }
 
 }  // namespace kappamu::inverse

@@ -1,0 +1,292 @@
+// Every threshold of the inverse problem: name, value, where it comes from. What a user may change
+// is in fit/fit_options.h. Populations and tables that are named lie in studies/notes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace kappamu::inverse::defaults {
+
+// --- The path of a fit (fit/path_rules.h, fit/minimise.h, fit/start.h, fit/conclusion.h) ---
+
+/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// path are made for (docs/theory.md, 4).
+inline constexpr double usual_homogeneous_chi2 = 100.0;
+inline constexpr double usual_structured_chi2 = 200.0;
+/// Times χ² as it was minimised that r, renewed, may make of it below the noise level
+/// (docs/theory.md, 4).
+inline constexpr double most_taken_back = 1.3;
+/// PhotonOptions::noise before the last weight, where r and the volume still move more: a quarter
+/// of the photons.
+inline constexpr double photon_noise_midway = 2.0;
+/// Decreases in a row too small to go on: a single short step is often followed by a long one.
+inline constexpr int few_decreases = 2;
+/// Of Σ w d²: what a step must explain of data whose pixels share errors, half a square of the 1e-4
+/// that these are of the light where they are least (studies/notes/fit-path.md, "Steps that
+/// photographs cannot tell").
+inline constexpr double least_of_light = 5e-9;
+/// Times target_chi2: r of a volume that was further from its data is not that of one which
+/// explains them (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
+inline constexpr double far_from_noise = 6.0;
+/// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ
+/// (docs/theory.md, 4, "Coordinate of μ").
+inline constexpr double little_absorption = 0.2;
+/// BasisOptions::uncoupled. A wave by itself leaves combinations of depths unseen that it moves
+/// together with other waves, where a block varies (studies/notes/fit-path.md).
+inline constexpr double uncoupled_share = 0.5;
+/// A start that r, renewed, moves by less [log units], or by less than this share of what structure
+/// leaves uncertain, is transport's; renewals of r.
+inline constexpr double start_tolerance = 0.02;
+inline constexpr double start_certain = 0.25;
+inline constexpr int most_starts = 8;
+/// χ² per value above which stopping there is worth a warning (docs/theory.md, 4).
+inline constexpr double suspicious_chi2 = 1.5;
+/// Of a block thinner than this [transport mean free paths] what passes has hardly scattered.
+inline constexpr double thinnest = 1.5;
+
+namespace valley {  // uncertainty/valley.h
+/// Deviations along the valley over the spread of log κ within the layer where most is found (light
+/// that turns back leaves deep ones even), and over that of the layers' means, which steady light
+/// determines least. These, how much further log μ goes and how much more is missed of the truth
+/// than of the fit were measured on the population's seeds 41 to 55 and the paper's samples
+/// (docs/theory.md, 5).
+inline constexpr double share_within_layer = 0.5;
+inline constexpr double share_of_means = 2.0;
+inline constexpr double mu_over_kappa = 3.5;
+inline constexpr double missed_kappa_of_truth = 3.0;
+inline constexpr double missed_mu_of_truth = 2.0;
+}  // namespace valley
+
+namespace local_information {  // uncertainty/local_information.h
+/// Deviation of the Gaussian mean over voxels of a layer [voxels]: few probes make the sensitivity.
+inline constexpr double pooling = 1.5;
+}  // namespace local_information
+
+namespace point_spread {  // uncertainty/point_spread.h
+/// A definition: what of a wave is found where a blot's width is read off.
+inline constexpr double half_found = 0.5;
+}  // namespace point_spread
+
+namespace summary {                                 // uncertainty/uncertainty_summary.cpp
+inline constexpr double undetermined_factor = 2.0;  // a coefficient known no better says little
+inline constexpr double decided_by_data = 0.5;  // resolution below which the smoothing has the say
+inline constexpr double trading = 0.5;          // correlation from which κ and μ trade
+}  // namespace summary
+
+namespace volume_errors {  // data_checks/volume_errors.h
+/// Adjoint solves for the metric.
+inline constexpr int probes = 4;
+}  // namespace volume_errors
+
+namespace physics_choice {  // data_checks/physics_choice.h
+/// Followed by photons: the check costs some seconds (docs/theory.md, 4).
+inline constexpr int pilot_patterns = 4;
+/// Of a pixel: log (r M) is then 1 % too low on average.
+inline constexpr double pilot_noise = 0.15;
+/// What volumes by transport are themselves right to (docs/limits.md).
+inline constexpr double tolerated_kappa = 0.05;
+inline constexpr double tolerated_mu = 0.15;
+/// An error of so much of a deviation hardly adds to it.
+inline constexpr double hardly = 0.5;
+}  // namespace physics_choice
+
+namespace consistency {  // data_checks/consistency.h
+/// One false accusation in a thousand.
+inline constexpr double most_deviations = 3.0;
+/// What depth and structure common to all patterns do to the scale of the best homogeneous block
+/// [log], one standard deviation over layered and inhomogeneous blocks; what weak layers that
+/// look like a factor do, where such a block explains everything; and what calibration leaves
+/// (docs/theory.md, 4; studies/notes/fit-choices.md).
+inline constexpr double structure_spread = 0.16;
+inline constexpr double weak_layers_spread = 0.025;
+inline constexpr double calibration_spread = 0.01;
+inline constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
+/// The same of what volumes find: what grid, prior and calibration leave.
+inline constexpr double volume_shift_spread = 0.04;
+/// VolumeErrors::paid_for_scale beyond which values are too high. Right data pay as much in one of
+/// 200 blocks, those of a factor of 1.2 in most (studies/notes/fit-choices.md).
+inline constexpr double most_paid = 0.15;
+/// Coarser voxels tell the same for an eighth of the solves, if there are enough.
+inline constexpr int enough_voxels = 8;
+/// Below, the block is even enough across the light to ask for its refractive index; the indices
+/// that are tried, and what counts as the same.
+inline constexpr double nearly_even = 0.1;
+inline constexpr std::array<double, 5> usual_etas{1.3, 1.33, 1.4, 1.5, 1.6};
+inline constexpr double same_eta = 0.015;
+}  // namespace consistency
+
+namespace scale_and_shift {  // data_checks/scale_and_shift.h
+inline constexpr double step_tolerance = 2e-3;
+/// χ² per value from which a second correction of the grid changes nothing that matters.
+inline constexpr double far_from_data = 4.0;
+inline constexpr double tolerated_misfit = 0.05;
+/// Where it starts, and what no fit goes below.
+inline constexpr double usual_heterogeneity = 0.3;
+inline constexpr double least_heterogeneity = 1e-3;
+/// Spread of log scale and, over the face's extent, of the shift: for light that tells neither.
+inline constexpr double scale_spread = 1.0;
+inline constexpr double free_shift_spread = 0.25;
+/// Beyond, the scale or the shift is no slip of a rig but a fit gone astray.
+inline constexpr double largest_log_scale = 2.5;
+inline constexpr double largest_shift = 0.25;  ///< of the face's extent
+}  // namespace scale_and_shift
+
+namespace homogeneous {  // block_model/homogeneous.h
+/// Spread of log data that a homogeneous block cannot follow: keeps bright, precise pixels from
+/// outvoting the rest.
+inline constexpr double heterogeneity = 0.3;
+/// Largest last step [log units] of what leads to the end, and there.
+inline constexpr double interim_tolerance = 2e-2;
+inline constexpr double step_tolerance = 1e-3;
+}  // namespace homogeneous
+
+namespace systematic_error {  // block_model/systematic_error.h
+/// Below, an error of the data may be chance.
+inline constexpr double sure_deviations = 3.0;
+/// Lags are counted to here [pixels]; correlation lengths are sought between the two.
+inline constexpr int longest_lag = 8;
+inline constexpr double shortest_length = 0.5;
+inline constexpr double longest_length = 6.0;
+inline constexpr double length_factor = 1.12;
+}  // namespace systematic_error
+
+namespace model_evidence {  // block_model/model_evidence.h
+/// One false rejection in a thousand.
+inline constexpr double deviations = 3.0;
+}  // namespace model_evidence
+
+namespace layers {  // block_model/model_layers.h
+inline constexpr double most_bend = 0.75;
+/// A step that promises less of χ² moves no unknown by more than 0.3 of its standard error.
+inline constexpr double negligible = 0.1;
+/// Far above the noise, where the model will be rejected anyway, this share of χ² is as good.
+inline constexpr double negligible_share = 2e-3;
+/// No descent keeps so many times what its next step promises.
+inline constexpr double most_kept = 3.0;
+}  // namespace layers
+
+namespace model_choice {  // block_model/model_choice.h
+/// A refreshed correction that moves χ² by less than this share needs no further descent.
+inline constexpr double settled = 0.003;
+inline constexpr int most_corrections = 4;
+/// The same by photons: none of the unknowns [log units] moved by more.
+inline constexpr double settled_move = 0.01;
+inline constexpr int most_by_transport = 15;
+/// χ² per value over what is not rejected, and over the lowest so far: renewals of r that leave it
+/// above both lead nowhere.
+inline constexpr double far_off = 2.0;
+inline constexpr double no_gain = 0.9;
+/// Errors of the data make a homogeneous block look layered once in a thousand.
+inline constexpr double chance_deviations = 3.0;
+}  // namespace model_choice
+
+namespace simpler_model {  // validation/simpler_model.h
+/// Pixels whose misfits go together: sampling errors are those between blocks of this edge.
+inline constexpr int block_edge = 4;
+}  // namespace simpler_model
+
+namespace notes {  // validation/notes.h
+/// A rim that masks leave out is known from beside it.
+inline constexpr double much_unseen = 0.2;  // of the seen face
+/// Voxels so small tell no more than larger ones (docs/limits.md, "The fit").
+inline constexpr double fine_voxel = 0.2;     // of a mean free path
+inline constexpr double advised_voxel = 0.5;  // the same
+inline constexpr int fewest_voxels = 4;       // that the advice leaves across the block
+/// Where χ² is above this, and values beyond so many of the others' standard deviations make most
+/// of it, though fewer than this share.
+inline constexpr double high_chi2 = 1.5;
+inline constexpr double far = 5.0;
+inline constexpr double few = 0.1;
+/// χ² of validation patterns above so many times the fitted is no chance of a few patterns.
+inline constexpr double surprising_chi2 = 4.0;
+}  // namespace notes
+
+namespace predict {  // problem/predict.h
+/// Photons' noise of a prediction by transport: half of this share of each value and of this share
+/// of the pattern's largest, and so at most what usual data have; or half of its datum's.
+inline constexpr double photon_noise = 0.005;
+inline constexpr double photon_noise_floor = 5e-5;
+}  // namespace predict
+
+namespace photon_ratio {                                  // problem/photon_ratio.h
+inline constexpr std::uint64_t fewest_photons = 1 << 14;  // of each pattern
+inline constexpr std::uint64_t most_photons = 1 << 22;
+/// Variance of a smoothed pixel over its datum's: smoothing goes no further.
+inline constexpr double tolerated_noise = 0.25;
+/// Relative deviation tolerated where no datum says what is.
+inline constexpr double unseen_noise = 0.1;
+/// What of a slope its regression may leave unexplained; photons of the ratio over a slope's.
+inline constexpr double slope_misfit = 0.1;
+inline constexpr std::uint64_t photons_over_slope = 4;
+/// μ/σt' of a voxel that leaves no scattering, and κ below which a voxel is a mirror to light and
+/// slows all photons, as shares of the median κ and of the voxel's edge (200 mean free paths): none
+/// is a material, all occur on a fit's way.
+inline constexpr double most_absorption = 0.999;
+inline constexpr double least_kappa_of_median = 0.02;
+inline constexpr double least_kappa_of_voxel = 1.0 / 600.0;
+}  // namespace photon_ratio
+
+namespace grid_path {  // problem/grid_path.h
+/// Solves leave a residual of this share of a datum's usual deviation, but of no more than
+/// `loosest`: fits end at the same E as with exact ones (docs/theory.md, section 4).
+inline constexpr double of_deviation = 0.3;
+inline constexpr double loosest = 3e-3;
+/// An error of a gradient by so small a share changes nothing of where they end.
+inline constexpr double of_gradients = 2e-2;
+/// Nothing cancels an error of r: it is kept far below the deviation that one datum in twenty has
+/// at most.
+inline constexpr double of_least_deviation = 0.05;
+inline constexpr double loosest_correction = 1e-3;
+}  // namespace grid_path
+
+namespace grid_levels {  // problem/grid_levels.h
+/// Along every axis: fewer resolve neither the decay along the light nor a patch.
+inline constexpr int fewest_voxels = 4;
+/// Masks leave a coarser grid fewer whole data than the fine one has.
+inline constexpr std::size_t fewest_data = 16;
+/// Of the coarse grids' model error (studies/notes/fit-path.md, "Closer before the finest grid, and
+/// r on the way").
+inline constexpr double closer_share = 1.0 / 3.0;
+}  // namespace grid_levels
+
+namespace correction {  // problem/objective_correction.cpp
+/// r outside is no grid error but noise of vanishing light.
+inline constexpr double min_correction = 0.25;
+inline constexpr double max_correction = 4.0;
+}  // namespace correction
+
+namespace levenberg_marquardt {  // optimise/levenberg_marquardt.h
+inline constexpr double first_damping = 1e-2;
+/// Of the damping where a step fails, doubled with each failure in a row.
+inline constexpr double first_raise = 8.0;
+/// Of the trace: keeps directions that neither residuals nor prior determine from being followed.
+inline constexpr double least_damping = 1e-12;
+/// A step that keeps less of its promise asks for a fresh Jacobian.
+inline constexpr double trusted_step = 0.25;
+/// One that keeps less than this may be bent.
+inline constexpr double kept_well = 0.75;
+}  // namespace levenberg_marquardt
+
+namespace lateral_hessian {  // optimise/lateral_hessian.h
+/// Samples that a row's variance is estimated from.
+inline constexpr int enough_for_variances = 8;
+}  // namespace lateral_hessian
+
+namespace optimiser {  // optimise/optimiser.h
+/// Share of the promised decrease a step must keep (Armijo).
+inline constexpr double sufficient_decrease = 1e-4;
+/// Times s·y/y·y, the usual guess of H⁻¹ where no pair has been: the stiffest directions, which
+/// pairs soon know, prevail in y (studies/notes/fit-path.md).
+inline constexpr double softer = 2.0;
+}  // namespace optimiser
+
+namespace memory {  // fit/fit_memory.h
+/// Doubles per voxel beside the optimiser's pairs: coefficients, coordinates, gradients, trial
+/// points, the products a gradient is made of, the regulariser's work.
+inline constexpr double working_doubles = 60.0;
+/// Doubles per fine voxel of a refined solve: split coefficients, their logarithms' exponentials.
+inline constexpr double refined_doubles = 4.0;
+}  // namespace memory
+
+}  // namespace kappamu::inverse::defaults

@@ -1,0 +1,93 @@
+// What the steps of a fit share: what it is given, where it stands, the grid that is open. The
+// order of the steps is fit.cpp's.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/processor_time.h"
+#include "core/progress.h"
+#include "inverse/fit/fit.h"
+#include "inverse/problem/grid_path.h"
+
+namespace kappamu::inverse {
+
+/// Where a fit stands between two steps: what a checkpoint holds (fit_state.cpp). A fit goes on
+/// from it at the start of its weight, from the volume that this had come to.
+struct FitState {
+  int level = 0;        ///< of GridLevels, 0 = finest
+  bool closer = false;  ///< GridPath::closer()
+  double weight = 0.0;  ///< α
+  bool last = false;    ///< this weight ends the fit, with more patience
+  bool finished = false;
+  PathEnd end = PathEnd::unknown;
+  double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
+  double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
+  double seconds = 0.0;     ///< spent by earlier runs
+  CoefficientPair fields;   ///< the volume so far
+  SolveCount solves;        ///< so far, on all grids
+  std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
+  FitReport report;                    ///< so far
+
+  std::vector<std::byte> bytes() const;
+  /// Throws InputError, the end of a sentence "A checkpoint ...", unless `bytes` are those of a
+  /// state.
+  static FitState from(std::span<const std::byte> bytes);
+};
+
+/// Throws InputError, the end of a sentence "A checkpoint ...", unless a fit by `options` on these
+/// grids can go on from `state` without reading or writing beyond an array. A checksum is no guard
+/// against intent.
+void require_possible(const FitState& state, const GridLevels& levels, const FitOptions& options);
+
+/// No checkpoint of a fit of these is longer.
+std::size_t most_checkpoint_bytes(const SurfaceMeasurements& measurements);
+
+/// One channel's fit as it runs.
+struct FitRun {
+  const SurfaceMeasurements& measurements;
+  int channel;
+  const FitOptions& options;
+  const Checkpoint& checkpoint;
+  Progress& progress;
+  const Observer& observer;
+  const FitContext& context;
+  std::string stage_name;
+  std::uint64_t origin;  ///< fingerprint(): what a checkpoint must not be mixed with
+  GridPath grid;
+  FitState state{};
+  Stopwatch watch{};
+  Stopwatch since_save{};
+
+  bool fixed_weight() const { return options.path.weight.has_value(); }
+  double seconds() const { return state.seconds + watch.seconds(); }
+
+  void warn(const std::string& sentence);
+  /// Adds what checks and searches beside the objective cost.
+  void count(const SolveCount& solves);
+  /// A record of the history, `fields` on the open grid.
+  void record(StepRecord step, const CoefficientPair& fields);
+  /// So that a killed fit goes on from `fields`.
+  void save(const CoefficientPair& fields);
+  void open(int level, bool closer = false);
+  /// r is by this equation on every grid.
+  void set_physics(Physics physics);
+  /// r anew at `fields`; χ² per value with it. Before the last weight, where r and the volume still
+  /// move more, by a quarter of the photons.
+  double renew_correction(const CoefficientPair& fields);
+};
+
+/// From the newest checkpoint that can be used: the grid is open and r renewed; false where there
+/// is none. What could not be used is told of.
+bool resume(FitRun& run);
+
+/// What the fields are drawn to.
+Anchor anchor_of(const FitRun& run);
+/// Of the fit's α at its end.
+Prior prior_of(const FitRun& run);
+
+}  // namespace kappamu::inverse

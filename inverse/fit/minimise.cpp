@@ -1,0 +1,200 @@
+#include "inverse/fit/minimise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/error.h"
+#include "inverse/defaults.h"
+#include "inverse/optimise/lateral_hessian.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// The regulariser of the grid that is fitted.
+Regulariser regulariser_of(const FitRun& run) {
+  const RegulariserOptions& options = run.options.regulariser;
+  Regulariser regulariser{options.kind, options.edge_slope};
+  if (regulariser.kind == RegulariserKind::wang2008) {
+    // All weights are one, w: ½ w Σ (M − d)² + ½ π² w λ Σ |∇κ|² is ½ π² w times [W] (6), L = M/π.
+    const std::vector<double>& weight = run.grid.problem().weight;
+    regulariser.scale =
+        std::numbers::pi * std::numbers::pi * *std::max_element(weight.begin(), weight.end());
+  }
+  return regulariser;
+}
+
+/// The metric of a weight from the data's Hessian `blocks`, by log κ and a coordinate by which log
+/// μ has `slope`.
+Basis basis_of(const FitRun& run, double weight, const LateralBlocks& blocks, double slope,
+               double uncoupled) {
+  const MediumSpace& space = run.grid.space();
+  const SolverOptions& options = run.options.solver;
+  const double metric =
+      metric_weight(regulariser_of(run), weight, space, run.state.report.homogeneous_kappa);
+  return {space,
+          BasisOptions{options.coordinates, options.smooth_length * space.thickness_mm, metric,
+                       uncoupled, slope},
+          blocks};
+}
+
+AbsorptionScale scale_of(const FitRun& run) {
+  const bool of_paper = run.options.regulariser.kind == RegulariserKind::wang2008;
+  if (of_paper || run.options.solver.coordinates != Coordinates::informed) return {};
+  return AbsorptionScale(defaults::little_absorption * run.state.report.homogeneous_mu);
+}
+
+void record(FitRun& run, const Stage& stage, const CoefficientPair& fields) {
+  run.record({.step = stage.steps,
+              .objective = stage.optimiser.value,
+              .chi2_per_value = stage.chi2,
+              .roughness = stage.function->last_roughness()},
+             fields);
+}
+
+/// With r renewed, but with the metric and what was learned of the Hessian.
+void meet_correction(FitRun& run, Stage& stage) {
+  stage.optimiser.value = stage.function->value(stage.optimiser.z);
+  stage.optimiser.gradient = stage.function->gradient();
+  stage.corrected_chi2 = stage.chi2 = run.grid.objective().chi2_per_value();
+  stage.small_decreases = 0;
+}
+
+/// Asked of data whose pixels share errors; where noise is white the rounds of a weight find out.
+bool correction_is_outdated(const FitRun& run, const Stage& stage) {
+  const double target = run.options.path.target_chi2;
+  return run.options.path.correct_grid && run.grid.level() == 0 && stage.chi2 <= target &&
+         stage.corrected_chi2 > defaults::far_from_noise * target &&
+         !run.grid.problem().smooth_error.none();
+}
+
+void minimise(FitRun& run, Stage& stage) {
+  const double least = tolerance(run.options.path, run.state.last);
+  const double shared = shared_error(run.grid.problem());
+  const auto found = [&] { return stage.small_decreases >= defaults::few_decreases; };
+  const auto out_of_steps = [&] { return stage.steps >= run.options.path.stage_steps; };
+  while (!found() && !out_of_steps()) {
+    const double before = stage.optimiser.value;
+    if (step(*stage.function, stage.optimiser, run.options.solver.optimiser) ==
+        StepOutcome::stalled) {
+      break;
+    }
+    ++stage.steps;
+    stage.chi2 = run.grid.objective().chi2_per_value();
+    const double after = stage.optimiser.value;
+    const bool small = before - after < std::max(least * after, shared);
+    stage.small_decreases = small ? stage.small_decreases + 1 : 0;
+    const CoefficientPair fields = stage.function->fields(stage.optimiser.z);
+    record(run, stage, fields);
+    if (correction_is_outdated(run, stage)) {
+      run.renew_correction(fields);
+      meet_correction(run, stage);
+    }
+    if (run.since_save.seconds() >= run.checkpoint.interval_seconds) run.save(fields);
+  }
+  stage.ran_out = out_of_steps() && !found();
+}
+
+}  // namespace
+
+void begin_weight(FitRun& run, Stage& stage) {
+  const SolverOptions& options = run.options.solver;
+  Objective& objective = run.grid.objective();
+  const AbsorptionScale scale = scale_of(run);
+  LateralBlocks scaled_blocks;  // as the optimiser's coordinates have it
+  stage.begun = run.state.fields;
+  if (options.coordinates == Coordinates::informed) {
+    // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
+    // block, and a poor metric costs more steps than these solves.
+    objective.value(stage.begun);
+    std::vector<CoefficientPair> rows = random_rows(objective, options.metric_probes, options.seed);
+    stage.blocks = lateral_blocks(rows, run.grid.space());
+    for (CoefficientPair& row : rows) row = scale.by_scaled(stage.begun, std::move(row));
+    scaled_blocks = lateral_blocks(rows, run.grid.space());
+  }
+  const std::unique_ptr<Basis> basis_before = std::move(stage.basis);
+  const std::unique_ptr<FitFunction> function_before = std::move(stage.function);
+  const double weight = run.state.weight;
+  stage.basis = std::make_unique<Basis>(basis_of(
+      run, weight, scaled_blocks, scale.mean_slope(stage.begun), defaults::uncoupled_share));
+  stage.function = std::make_unique<FitFunction>(objective, *stage.basis, anchor_of(run), weight,
+                                                 regulariser_of(run), stage.begun, scale);
+  stage.optimiser.z = stage.function->coordinates(stage.begun);
+  restart(*stage.function, stage.optimiser, [&](Vector& step, Vector& change) {
+    stage.function->adopt(*function_before, step, change);
+  });
+  if (!std::isfinite(stage.optimiser.value)) {
+    throw InputError(run.stage_name + ": the diffusion solver fails at the starting volume");
+  }
+  stage.corrected_chi2 = stage.chi2 = objective.chi2_per_value();
+  stage.steps = 0;
+  stage.small_decreases = 0;
+  record(run, stage, stage.begun);
+  run.save(stage.begun);
+}
+
+void go_on_with_weight(FitRun& run, Stage& stage) {
+  meet_correction(run, stage);
+  stage.steps = 0;
+  const CoefficientPair fields = stage.function->fields(stage.optimiser.z);
+  record(run, stage, fields);
+  run.save(fields);
+}
+
+Minimum settle(FitRun& run, Stage& stage) {
+  const auto round = [&] {
+    minimise(run, stage);
+    run.state.fields = stage.function->fields(stage.optimiser.z);
+    // What counts is the χ² of a model corrected here, not where this weight was begun.
+    const double minimised = stage.chi2;
+    return Minimum{minimised, run.renew_correction(run.state.fields)};
+  };
+  const Minimum first = round();
+  // Not so where the user fixed the weight from the start, as [W] does.
+  const bool may_go_on = !run.fixed_weight() || run.context.continued.has_value();
+  if (!may_go_on || !is_taken_back(run.options.path, first, run.grid.level() == 0)) return first;
+  go_on_with_weight(run, stage);
+  return round();
+}
+
+double shared_error(const Problem& problem) {
+  if (problem.smooth_error.none()) return 0.0;
+  double light = 0.0;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    light += problem.weight[i] * problem.data[i] * problem.data[i];
+  }
+  return 0.5 * defaults::least_of_light * light;
+}
+
+SharedErrors shared_errors_now(const FitRun& run) {
+  return shared_errors(run.grid.problem(), run.options.data.term,
+                       run.grid.objective().prediction());
+}
+
+std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi2) {
+  if (run.grid.level() > 0 || stage.blocks.empty()) return {};
+  const auto values = static_cast<double>(run.grid.problem().used());
+  const auto free_share = [&](const Basis& basis) {
+    const Basis::Determined determined = basis.determined(stage.blocks);
+    return 1.0 - (determined.kappa + determined.mu) / values;
+  };
+  const auto by_fields = [&](double weight) {
+    return basis_of(run, weight, stage.blocks, 1.0, 0.0);
+  };
+  Outlook outlook{free_share(by_fields(run.state.weight))};
+  // By few photons so far, the last weight is needed.
+  outlook.patience_gains =
+      run.grid.levels().photons() ||
+      shared_error(run.grid.problem()) < run.options.path.stage_tolerance * stage.optimiser.value;
+  outlook.excess = shared_errors_now(run).excess;
+  const double next = run.state.weight * run.options.path.weight_factor;
+  const Basis there = by_fields(next);
+  const double gain = stage.function->chi2_gain(run.state.fields, there, next) / values;
+  outlook.next_score =
+      cross_validation(chi2 - gain, free_share(there)) / cross_validation(chi2, outlook.free_share);
+  return outlook;
+}
+
+}  // namespace kappamu::inverse

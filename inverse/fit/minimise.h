@@ -1,0 +1,49 @@
+// The minimum at one weight: its metric, the optimiser's steps, and what the metric lets expect of
+// the next weight.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "inverse/fit/fit_function.h"
+#include "inverse/fit/fit_run.h"
+#include "inverse/fit/path_rules.h"
+#include "inverse/optimise/basis.h"
+
+namespace kappamu::inverse {
+
+/// One weight on the open grid; the next one of that grid begins from this, so that what was
+/// learned of the Hessian goes on.
+struct Stage {
+  CoefficientPair begun;  ///< where the weight was begun
+  LateralBlocks blocks;   ///< the data's Hessian there, by the fields
+  std::unique_ptr<Basis> basis;
+  std::unique_ptr<FitFunction> function;
+  OptimiserState optimiser;
+  double chi2 = 0.0;            ///< per value now
+  double corrected_chi2 = 0.0;  ///< per value where r was made
+  int steps = 0;                ///< taken since the weight was begun or r renewed
+  int small_decreases = 0;      ///< in a row
+  bool ran_out = false;         ///< of steps, before the minimum
+};
+
+/// The metric and the function of the run's weight, from the run's fields.
+void begin_weight(FitRun& run, Stage& stage);
+/// The same weight, from where it has come to, with r renewed.
+void go_on_with_weight(FitRun& run, Stage& stage);
+
+/// To the minimum, r renewed there; once more where that takes it back. The run's fields are then
+/// the volume found.
+Minimum settle(FitRun& run, Stage& stage);
+
+/// By the metric, at the minimum with `chi2` per value; empty where there is no metric, and on
+/// coarser grids, whose path does not ask.
+std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi2);
+
+/// A step that lowers the objective by less explains what pixels may have wrong in common as well
+/// as it does the volume.
+double shared_error(const Problem& problem);
+/// By the last prediction.
+SharedErrors shared_errors_now(const FitRun& run);
+
+}  // namespace kappamu::inverse
