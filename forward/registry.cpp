@@ -19,17 +19,10 @@ namespace {
 /// A new model of this tree is a line here.
 std::deque<ModelDescription>& models() {
   static std::deque<ModelDescription> all{
-      auto_model(),
-      embedded_model(),
-      block_model(),
-      polygrid_model(),
-      boundary_integral_model(),
-      monte_carlo_model(),
-      dipole_model(),
-      rotated_dipole_model(),
-      local_diffusion_model(),
-      better_dipole_model(),
-      beam_diffusion_model(),
+      auto_model(),          embedded_model(),          block_model(),
+      polygrid_model(),      boundary_integral_model(), monte_carlo_model(),
+      dipole_model(),        rotated_dipole_model(),    local_diffusion_model(),
+      better_dipole_model(), beam_diffusion_model(),
   };
   return all;
 }
@@ -55,8 +48,7 @@ void add_object_model(ModelDescription model) {
 const ModelDescription& object_model(const std::string& name) {
   if (const ModelDescription* model = found(name)) return *model;
   std::string known;
-  for (const ModelDescription& model : models())
-    known += (known.empty() ? "" : ", ") + model.name;
+  for (const ModelDescription& model : models()) known += (known.empty() ? "" : ", ") + model.name;
   throw InputError("there is no model '" + name + "' of objects; the models are " + known);
 }
 
@@ -84,12 +76,9 @@ std::unique_ptr<ObjectModel> make_object_model(const std::string& name, ModelErr
 
 std::vector<std::string> names_of(const Abilities& abilities) {
   const std::pair<bool, const char*> all[] = {
-      {abilities.any_shape, "any shape"},
-      {abilities.heterogeneous, "heterogeneous"},
-      {abilities.voids, "voids"},
-      {abilities.several_bodies, "several bodies"},
-      {abilities.reentry, "re-entry"},
-      {abilities.live, "live"},
+      {abilities.any_shape, "any shape"}, {abilities.heterogeneous, "heterogeneous"},
+      {abilities.voids, "voids"},         {abilities.several_bodies, "several bodies"},
+      {abilities.reentry, "re-entry"},    {abilities.live, "live"},
       {abilities.deforming, "deforming"},
   };
   std::vector<std::string> names;

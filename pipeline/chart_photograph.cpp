@@ -132,10 +132,11 @@ ChartPhotograph measure_chart_photograph(const std::filesystem::path& photograph
   } else {
     const auto found = capture::find_chart_place(codes, session.camera.encoding);
     if (!found) {
-      throw InputError(photograph.string() +
-                       ": shows no ColorChecker Classic that can be recognised; fill more of the "
-                       "picture with it, or give the centres of four patches",
-                       {{"corners"}});
+      throw InputError(
+          photograph.string() +
+              ": shows no ColorChecker Classic that can be recognised; fill more of the "
+              "picture with it, or give the centres of four patches",
+          {{"corners"}});
     }
     place = found->corners_px;
     chart.outlines = found->patches;

@@ -54,7 +54,7 @@ RunFolder::RunFolder(const fs::path& folder, RunRecord::InputKind kind, const fs
   const std::optional<RunRecord> earlier = read_run_record(folder_);
   if (earlier && earlier->input_fingerprint != input_fingerprint && results == Results::kept)
     throw InputError(folder_.string() + ": holds a run of another input (" +
-                     earlier->input.string() +
+                         earlier->input.string() +
                          ", or what it was before an edit); choose another folder, or replace it",
                      {{"out"}, {"force"}});
   if (earlier) record_ = *earlier;

@@ -11,8 +11,9 @@
 
 namespace kappamu {
 
-/// The sentence of the InputError that `act` throws, with the keys of its options; fails the test when the text has several lines
-/// or, unless `accepted` is what to return then, when it throws none.
+/// The sentence of the InputError that `act` throws, with the keys of its options; fails the test
+/// when the text has several lines or, unless `accepted` is what to return then, when it throws
+/// none.
 template <class Act>
 std::string sentence_of(const Act& act, const std::optional<std::string>& accepted = {}) {
   try {

@@ -5,11 +5,11 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/model_options.h"
+#include "app/options/model_options.h"
 #include "core/error.h"
-#include "forward/registry.h"
 #include "forward/polygrid/polygrid_model.h"
 #include "forward/polygrid/shape/make_polygrid.h"
+#include "forward/registry.h"
 #include "io/atomic_file.h"
 #include "io/polycube_file.h"
 #include "pipeline/output_folder.h"
@@ -147,9 +147,8 @@ CLI::Option* add_printed(CLI::App& command, const char* flag, const char* text,
 }  // namespace
 
 void add_render(CLI::App& app, Globals& globals) {
-  auto* command =
-      app.add_subcommand("render",
-                         std::string(R"(Render objects of measured or published materials under any light.
+  auto* command = app.add_subcommand(
+      "render", std::string(R"(Render objects of measured or published materials under any light.
 
 SCENE is a file of format kappamu-scene (docs/scene.md): objects (a mesh or a named shape,
 its size, its material), lights, camera, film, model. Into OUT go:

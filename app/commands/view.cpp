@@ -9,7 +9,7 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/model_options.h"
+#include "app/options/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
 #include "forward/registry.h"
@@ -77,11 +77,10 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
       options.script ? scene.film.width : std::max(usual_width, scene.film.width));
   options.height = std::max(1, options.width * scene.film.height / scene.film.width);
   std::vector<std::string> warnings;
-  render::LiveScene live(
-      scene,
-      {arguments.model.name, arguments.tolerance, globals.device, globals.seed,
-       arguments.model.values()},
-      warnings);
+  render::LiveScene live(scene,
+                         {arguments.model.name, arguments.tolerance, globals.device, globals.seed,
+                          arguments.model.values()},
+                         warnings);
   for (const std::string& warning : warnings) progress->warn(warning);
   const ViewerTimes times = view(scene, live, options);
   for (const std::string& warning : times.warnings) progress->warn(warning);

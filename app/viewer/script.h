@@ -68,8 +68,9 @@ struct ShowSlice {
 };
 struct Quit {};
 
-using Command = std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                             Channel, Preview, Asked, ShowPhotograph, ShowSlice, Quit>;
+using Command =
+    std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
+                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

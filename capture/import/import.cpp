@@ -226,7 +226,7 @@ void check_brightness(const Session& session, Progress& progress) {
     for (const Fault& fault : find_stack_faults(session, stack, radiometry)) {
       if (fault.kind != Fault::Kind::mislabelled) continue;
       throw InputError((session.folder / stack[fault.frame].file).string() + ": " + fault.sentence +
-                       " (" + label +
+                           " (" + label +
                            "); correct its exposure time with a table, or photograph the stack "
                            "again",
                        {{"table"}});

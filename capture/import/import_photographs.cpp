@@ -196,10 +196,11 @@ std::vector<Photograph> find_photographs(const PhotographSource& source, Progres
 void require_exposure_times(const std::vector<Photograph>& photographs) {
   for (const Photograph& photograph : photographs) {
     if (photograph.exposure_s == 0.0) {
-      throw InputError(photograph.path.string() +
-                       ": neither EXIF nor a table states its exposure time; give a CSV with the "
-                       "columns file, shot, exposure_s",
-                       {{"table"}});
+      throw InputError(
+          photograph.path.string() +
+              ": neither EXIF nor a table states its exposure time; give a CSV with the "
+              "columns file, shot, exposure_s",
+          {{"table"}});
     }
   }
 }
@@ -256,8 +257,8 @@ void settle_orientation(const std::vector<Photograph>& photographs, std::optiona
         odd->path.filename().string() + " is " + std::to_string(tag_of(*odd));
     if (wish == Orientation::apply) {
       throw InputError(differing +
-                       "; an orientation is applied only where all photographs have "
-                       "the same: ignore it",
+                           "; an orientation is applied only where all photographs have "
+                           "the same: ignore it",
                        {{"orientation", "ignore"}});
     }
     if (!wish) progress.warn(differing + "; orientations are ignored.");

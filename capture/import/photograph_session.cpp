@@ -136,16 +136,17 @@ Session board_session(const PhotographSource& source, const Board& board,
     } else if (std::sscanf(what.c_str(), "gray_%d", &k) == 1) {
       planes[number].gray_code[k] = frame;
     } else {
-      throw InputError(photograph.path.string() + ": '" + photograph.shot +
-                       "' is neither plane_<n>_board nor plane_<n>_gray_<k>; rename it, or list "
-                       "the right shot in a table",
-                       {{"table"}});
+      throw InputError(
+          photograph.path.string() + ": '" + photograph.shot +
+              "' is neither plane_<n>_board nor plane_<n>_gray_<k>; rename it, or list "
+              "the right shot in a table",
+          {{"table"}});
     }
   }
   for (const auto& [number, plane] : planes) {
     if (!projector) {
       throw InputError(source.folder.string() + ": holds photographs of projector plane " +
-                       std::to_string(number) + "; give the projector's size",
+                           std::to_string(number) + "; give the projector's size",
                        {{"projector"}});
     }
     if (!plane.board) {

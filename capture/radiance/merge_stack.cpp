@@ -28,17 +28,19 @@ struct Advice {
 
 Advice advice(const Fault& fault) {
   if (is_motion(fault)) {
-    return {"photograph the stack again, leave the frame out, or, where camera and sample need not "
-            "stay fixed, move it back",
-            {{"on_motion", "correct"}, {"on_motion", "align"}}};
+    return {
+        "photograph the stack again, leave the frame out, or, where camera and sample need not "
+        "stay fixed, move it back",
+        {{"on_motion", "correct"}, {"on_motion", "align"}}};
   }
   if (fault.kind == Fault::Kind::mislabelled) {
     return {"correct exposure_s in session.json, or let it be estimated",
             {{"on_flicker", "correct"}}};
   }
-  return {"let lamp and projector warm up and expose multiples of the projector's period, or "
-          "estimate the exposures from the frames",
-          {{"on_flicker", "correct"}}};
+  return {
+      "let lamp and projector warm up and expose multiples of the projector's period, or "
+      "estimate the exposures from the frames",
+      {{"on_flicker", "correct"}}};
 }
 
 // Frames, exposure times and file names of a stack, whatever a frame holds.

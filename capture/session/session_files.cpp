@@ -49,8 +49,8 @@ bool leads_inside(const fs::path& folder, const fs::path& file) {
 void require_inside(const fs::path& folder, const fs::path& file) {
   if (leads_inside(folder, file)) return;
   throw InputError((folder / file).string() + ": is or lies behind a link out of " +
-                   folder.string() +
-                   "; copy the file into it, or follow links and read it where it is",
+                       folder.string() +
+                       "; copy the file into it, or follow links and read it where it is",
                    {{"follow_links"}});
 }
 

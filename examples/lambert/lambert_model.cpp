@@ -36,8 +36,7 @@ class LambertModel final : public ObjectModel {
     ObjectResult result;
     for (const ObjectLight& light : problem.lights) {
       ObjectBalance balance;
-      const std::vector<double> entering =
-          dipole::transmitted(problem.surface, problem.eta, light);
+      const std::vector<double> entering = dipole::transmitted(problem.surface, problem.eta, light);
       for (std::size_t t = 0; t < entering.size(); ++t) {
         result.exitance.push_back(share * entering[t]);
         balance.entering += problem.surface.area[t] * entering[t];
@@ -63,8 +62,9 @@ class LambertModel final : public ObjectModel {
 ModelDescription lambert_model() {
   return {.name = "lambert",
           .text = "Light leaves where it entered, as from a Lambertian surface.",
-          .limits = "Nothing is translucent: only for homogeneous objects of many thousand mean "
-                    "free paths, and as a picture to compare others with.",
+          .limits =
+              "Nothing is translucent: only for homogeneous objects of many thousand mean "
+              "free paths, and as a picture to compare others with.",
           .can = {.live = true},
           .make = [] { return std::make_unique<LambertModel>(); }};
 }

@@ -1,6 +1,6 @@
-// A model of objects from outside kappamu's tree: light leaves where it entered, as from a Lambertian
-// surface. It is what every BSSRDF becomes on an object so large that light's paths inside are
-// points.
+// A model of objects from outside kappamu's tree: light leaves where it entered, as from a
+// Lambertian surface. It is what every BSSRDF becomes on an object so large that light's paths
+// inside are points.
 #pragma once
 
 #include "forward/registry.h"

@@ -105,7 +105,8 @@ class AnalyticModel final : public ForwardModel {
     validate_medium(setup.shape, problem.medium.kappa.values(), problem.medium.mu.values());
     if (setup.sides != Sides::mirror) {
       throw InputError(
-          "method analytic answers only blocks with mirror sides; use mirror sides or another method",
+          "method analytic answers only blocks with mirror sides; use mirror sides or another "
+          "method",
           {{"sides", "mirror"}, {"method"}});
     }
     const Stopwatch setting_up;

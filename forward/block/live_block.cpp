@@ -11,8 +11,7 @@ namespace {
 using block::BlockDiffusion;
 
 /// Beside a picture's own steps of 1/255.
-constexpr block::BlockAccuracy block_accuracy{.linear_tolerance = 1e-4,
-                                                       .beam_remainder = 1e-3};
+constexpr block::BlockAccuracy block_accuracy{.linear_tolerance = 1e-4, .beam_remainder = 1e-3};
 
 }  // namespace
 
@@ -37,8 +36,7 @@ LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
     block::BlockAnswer solved = channels_[c]->solve(problems[c], block_accuracy);
     answer.iterations = std::max(answer.iterations, solved.report.iterations);
     answer.residual = std::max(answer.residual, solved.report.residual.at(0));
-    answer.converged =
-        answer.converged && solved.report.termination == Termination::converged;
+    answer.converged = answer.converged && solved.report.termination == Termination::converged;
     answer.exitance[c] = std::move(solved.exitance);
   }
   return answer;

@@ -38,8 +38,9 @@ class AutoBlock final : public ForwardModel {
     ForwardResult result = make_forward_model(method)->solve(problem, own, progress);
     result.message = method + ", " + model.reason + "; " + result.message;
     if (!(model.error.value() <= asked.tolerance)) {
-      result.warnings.push_back("no model is expected to answer within the tolerance asked of the model: " +
-                                result.message);
+      result.warnings.push_back(
+          "no model is expected to answer within the tolerance asked of the model: " +
+          result.message);
     }
     if (!walks) {
       for (std::string& warning :

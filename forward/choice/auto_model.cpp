@@ -55,9 +55,9 @@ class AutoModel final : public ChannelsModel {
             make_chosen(model, own)->solve_channels(problems, own, progress);
         const double over = worst_error(results) / asked.tolerance;
         if (model.can.transport && over > 1.0 && own.photons < asked.photons) {
-          own.photons = std::min(
-              asked.photons, static_cast<std::uint64_t>(walked_on * over * over *
-                                                        static_cast<double>(own.photons)));
+          own.photons =
+              std::min(asked.photons, static_cast<std::uint64_t>(walked_on * over * over *
+                                                                 static_cast<double>(own.photons)));
           results = make_chosen(model, own)->solve_channels(problems, own, progress);
         }
         for (ObjectResult& result : results) finish(asked, choice, result);
@@ -91,8 +91,9 @@ class AutoModel final : public ChannelsModel {
 
 ModelDescription auto_model() {
   return {.name = "auto",
-          .text = "Takes the cheapest model whose error on such objects, as measured, is within "
-                  "the tolerance, and corrects it by random walks where it is not.",
+          .text =
+              "Takes the cheapest model whose error on such objects, as measured, is within "
+              "the tolerance, and corrects it by random walks where it is not.",
           .limits = "Its tolerance is of the whole surface: places may err more.",
           .can = {.heterogeneous = true,
                   .voids = true,

@@ -40,7 +40,8 @@ std::string number(double value) {
 
 /// Noise of the patches after one photon.
 double noise_of_one(const ModelDescription& model, const ObjectFeatures& features) {
-  return error_by(model.measured->error, features) * std::sqrt(static_cast<double>(features.patches));
+  return error_by(model.measured->error, features) *
+         std::sqrt(static_cast<double>(features.patches));
 }
 
 /// Photons of the channel that needs most, or those allowed.
@@ -89,7 +90,8 @@ double error_of(const ModelDescription& model, std::span<const ObjectFeatures> c
           model.measured->error.spread};
       worst = std::max(worst, error_quantile(law, probability));
     } else {
-      const ErrorBelief law{error_by(model.measured->error, features), model.measured->error.spread};
+      const ErrorBelief law{error_by(model.measured->error, features),
+                            model.measured->error.spread};
       worst = std::max(
           worst, std::hypot(error_quantile(law, probability), numerics_share * asked.tolerance));
     }

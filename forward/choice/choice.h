@@ -45,7 +45,6 @@ ChoiceOptions options_for(const ModelDescription& model, std::span<const ObjectF
                           const ChoiceOptions& asked);
 
 /// The model that answers so; random walks take the photons asked.
-std::unique_ptr<ObjectModel> make_chosen(const ModelDescription& model,
-                                         const ChoiceOptions& asked);
+std::unique_ptr<ObjectModel> make_chosen(const ModelDescription& model, const ChoiceOptions& asked);
 
 }  // namespace kappamu::forward

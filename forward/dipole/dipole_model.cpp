@@ -204,13 +204,15 @@ class DipoleModel : public ObjectModel {
 /// `law`: the measured model whose physics it has.
 ModelDescription half_space(const char* name, const char* text, const char* profile,
                             Summation summation, const char* law) {
-  return {.name = name,
-          .text = text,
-          .limits = "Only homogeneous objects, as if each place were a thick half-space: errs by 10 "
-                    "to 40 %, more where the object is thin.",
-          .can = {},
-          .make = [profile, summation] { return std::make_unique<DipoleModel>(profile, summation); },
-          .errs_by = &measured(law).error};
+  return {
+      .name = name,
+      .text = text,
+      .limits =
+          "Only homogeneous objects, as if each place were a thick half-space: errs by 10 "
+          "to 40 %, more where the object is thin.",
+      .can = {},
+      .make = [profile, summation] { return std::make_unique<DipoleModel>(profile, summation); },
+      .errs_by = &measured(law).error};
 }
 
 }  // namespace
@@ -221,9 +223,9 @@ ModelDescription dipole_model() {
 }
 
 ModelDescription rotated_dipole_model() {
-  ModelDescription model = half_space(
-      "dipole-rotated", "The dipole with reciprocal sources, summed by a hierarchy.", "dipole",
-      Summation::hierarchy, "dipole-rotated");
+  ModelDescription model =
+      half_space("dipole-rotated", "The dipole with reciprocal sources, summed by a hierarchy.",
+                 "dipole", Summation::hierarchy, "dipole-rotated");
   model.measured = &measured("dipole-rotated");
   model.can.live = true;
   return model;
@@ -236,9 +238,8 @@ ModelDescription local_diffusion_model() {
 }
 
 ModelDescription better_dipole_model() {
-  ModelDescription model =
-      half_space("better-dipole", "The better dipole, summed by a hierarchy.", "better-dipole",
-                 Summation::hierarchy, "better-dipole");
+  ModelDescription model = half_space("better-dipole", "The better dipole, summed by a hierarchy.",
+                                      "better-dipole", Summation::hierarchy, "better-dipole");
   model.measured = &measured("better-dipole");
   return model;
 }

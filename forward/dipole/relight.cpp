@@ -58,8 +58,8 @@ class Relight final : public LiveModel {
                         const ExitanceOfChannels& exitance) const override {
     double worst = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
-      const std::vector<double> exact = check_.exact(profiles_[c], Placement::rotated,
-                                                     transmitted(surface_, eta_, light[c]));
+      const std::vector<double> exact =
+          check_.exact(profiles_[c], Placement::rotated, transmitted(surface_, eta_, light[c]));
       worst = std::max(worst, check_.error(exact, exitance[c]));
     }
     return worst;

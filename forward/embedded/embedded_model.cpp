@@ -122,8 +122,9 @@ std::vector<ObjectResult> EmbeddedModel::solve_channels(std::span<const ObjectPr
 ModelDescription embedded_model() {
   return {.name = "embedded",
           .text = "Diffusion on cubes cut by the surface, refined until two resolutions agree.",
-          .limits = "Diffusion errs in parts thinner than a few mean free paths, at sharp edges and "
-                    "where absorption is strong.",
+          .limits =
+              "Diffusion errs in parts thinner than a few mean free paths, at sharp edges and "
+              "where absorption is strong.",
           .can = {.heterogeneous = true,
                   .voids = true,
                   .several_bodies = true,

@@ -207,7 +207,8 @@ class ObjectMonteCarlo final : public ObjectModel {
       if (entry.power() > 0.0) {
         const std::string stage = "photons of light " + std::to_string(m + 1) + " of " +
                                   std::to_string(problem.lights.size());
-        tally = trace(scene, entry, static_cast<std::uint32_t>(m), options.seed, photons_, stage, progress);
+        tally = trace(scene, entry, static_cast<std::uint32_t>(m), options.seed, photons_, stage,
+                      progress);
       }
       add_light(problem, patches, photons_, entry.power(), tally, result);
       all += tally.walk;

@@ -31,9 +31,9 @@ LivePolygrid::LivePolygrid(const LiveBody& object, const std::string& device)
   options.cells = live_cells;
   options.drawn = object.polycube;
   MadePolygrid made = make_polygrid(object.mesh, options, silent);
-  diffusion_ = std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh,
-                                                   object.surface, object.eta, device,
-                                                   polygrid::Lights::moving);
+  diffusion_ =
+      std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh, object.surface,
+                                          object.eta, device, polygrid::Lights::moving);
 }
 
 LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
@@ -62,8 +62,8 @@ double LivePolygrid::measured_error(const LightOfChannels& light,
   finer.set_media(std::array<const ObjectMedium*, 1>{object_.media[channel].get()});
   const std::vector<PolygridAnswer> fine =
       finer.solve(problems.all().subspan(channel, 1), accuracy);
-  return polygrid_errors(problems[channel], diffusion_->surface_map().gaps(),
-                                  exitance[channel], fine[0].exitance)
+  return polygrid_errors(problems[channel], diffusion_->surface_map().gaps(), exitance[channel],
+                         fine[0].exitance)
       .front();
 }
 

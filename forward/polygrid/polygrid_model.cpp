@@ -36,8 +36,9 @@ std::unique_ptr<LiveModel> PolygridModel::keep(const LiveBody& object,
 ModelDescription polygrid_model() {
   return {.name = "polygrid",
           .text = "Diffusion on the cells of a polycube deformed to the object.",
-          .limits = "Needs a polycube, which thin parts and several surfaces do not have; diffusion "
-                    "errs as with embedded.",
+          .limits =
+              "Needs a polycube, which thin parts and several surfaces do not have; diffusion "
+              "errs as with embedded.",
           .can = {.heterogeneous = true, .live = true, .reentry = true},
           .make = [] { return std::make_unique<PolygridModel>(); },
           .errs_by = &measured("embedded").error};

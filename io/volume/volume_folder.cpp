@@ -48,10 +48,10 @@ void check_voxels(const fs::path& file, const GridShape& shape, std::size_t volu
                   std::size_t most_voxels) {
   if (shape.cells() * volumes <= most_voxels) return;
   throw InputError(file.string() + ": " + std::to_string(volumes) + " volumes of " +
-                   std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " x " +
-                   std::to_string(shape.nz) + " voxels are more than the " +
-                   std::to_string(most_voxels) +
-                   " voxels allowed; allow more if the file is meant so",
+                       std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " x " +
+                       std::to_string(shape.nz) + " voxels are more than the " +
+                       std::to_string(most_voxels) +
+                       " voxels allowed; allow more if the file is meant so",
                    {{"max_voxels"}});
 }
 

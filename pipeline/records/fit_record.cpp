@@ -43,7 +43,7 @@ FitRecord read_fit_record(const std::filesystem::path& fit) {
             verdict_from_json(object.at("verdict"))};
   } catch (const json::exception& error) {
     throw InputError(file.string() + ": not as this version of kappamu writes it (" + error.what() +
-                     "); repeat the fit",
+                         "); repeat the fit",
                      {{"force"}});
   }
 }

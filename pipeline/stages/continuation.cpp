@@ -51,9 +51,8 @@ FinishedFit::FinishedFit(const fs::path& folder)
 
 const fs::path& FinishedFit::present_input() const {
   if (fs::exists(input_)) return input_;
-  throw InputError(
-      folder_.string() + ": was fitted to " + input_.string() +
-      ", which is no longer there; name the input's place now");
+  throw InputError(folder_.string() + ": was fitted to " + input_.string() +
+                   ", which is no longer there; name the input's place now");
 }
 
 void FinishedFit::set_options(FitStageOptions& options) const {

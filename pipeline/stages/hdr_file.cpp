@@ -66,8 +66,7 @@ capture::HdrImage read_hdr(const std::filesystem::path& file,
   const auto named = [&](const std::string& name) -> const std::vector<float>& {
     const auto found = exr.channels.find(name);
     if (found == exr.channels.end())
-      throw InputError(file.string() + ": channel " + name +
-                       " is missing; merge again",
+      throw InputError(file.string() + ": channel " + name + " is missing; merge again",
                        {{"force"}});
     return found->second;
   };

@@ -12,8 +12,7 @@ namespace kappamu::pipeline {
 namespace {
 
 [[noreturn]] void refuse(const std::string& choice, const std::string& why) {
-  throw InputError("the patterns to hold out, '" + choice + "', are wrong: " + why,
-                   {{"hold_out"}});
+  throw InputError("the patterns to hold out, '" + choice + "', are wrong: " + why, {{"hold_out"}});
 }
 
 int number(const std::string& choice, std::string_view text) {

@@ -55,8 +55,7 @@ std::vector<std::string> live_models(const World& world) {
 struct LiveScene::Solver {
   Solver(const WorldObject& lit, const std::string& name, const OptionValues& parameters,
          const LiveOptions& asked)
-      : object{lit.mesh,           lit.surface, *lit.rays, lit.media.channels,
-               lit.boundary.eta, lit.drawn()},
+      : object{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
         model(forward::make_object_model(name, forward::ModelError::left_out, parameters)) {
     options.device = asked.device;
     options.seed = asked.seed;

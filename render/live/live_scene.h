@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/options.h"
+#include "core/options/options.h"
 #include "core/progress.h"
 #include "render/picture/shading.h"
 #include "render/scene/scene.h"
@@ -18,7 +18,7 @@ namespace kappamu::render {
 
 struct LiveOptions {
   std::optional<std::string> model;  ///< in the registry; none: the first of live_models()
-  std::optional<double> tolerance;  ///< of models that refine; none: 0.1
+  std::optional<double> tolerance;   ///< of models that refine; none: 0.1
   std::string device = "auto";
   std::uint64_t seed = 1;
   OptionValues parameters{};  ///< the model's own

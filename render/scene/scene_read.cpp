@@ -234,9 +234,10 @@ Film read_film(const Node& node) {
 }
 
 OptionValue read_option(const Node& node, const Option& option, OptionReference reference) {
-  OptionValue value = std::holds_alternative<bool*>(reference)          ? OptionValue(node.flag())
-                      : std::holds_alternative<std::string*>(reference) ? OptionValue(node.text())
-                                                                        : OptionValue(node.number());
+  OptionValue value = std::holds_alternative<bool*>(reference) ? OptionValue(node.flag())
+                      : std::holds_alternative<std::string*>(reference)
+                          ? OptionValue(node.text())
+                          : OptionValue(node.number());
   try {
     set_option(option, reference, value);
   } catch (const InputError& error) {

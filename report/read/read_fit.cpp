@@ -23,7 +23,7 @@ Result interpret_json(const std::filesystem::path& file, Result (*interpret)(con
     return interpret(json::parse(io::read_text(file)));
   } catch (const json::exception& error) {
     throw InputError(file.string() + ": not as kappamu writes it (" + io::json_reason(error) +
-                     "); repeat that stage",
+                         "); repeat that stage",
                      {{"force"}});
   }
 }

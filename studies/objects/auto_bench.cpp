@@ -64,8 +64,8 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   double pilot_seconds = std::numeric_limits<double>::infinity();
   for (int run = 0; run < 2; ++run) {
     const double before = processor_seconds();
-    choice = forward::choose_model(forward::choosable_models(), features, asked,
-                                   forward::Remedy::walks);
+    choice =
+        forward::choose_model(forward::choosable_models(), features, asked, forward::Remedy::walks);
     pilot = forward::run_pilot(std::span(&problem, 1), features, asked, choice, progress);
     pilot_seconds = pilot ? std::min(pilot_seconds, processor_seconds() - before) : 0.0;
     if (!pilot || pilot_seconds > brief_seconds) break;

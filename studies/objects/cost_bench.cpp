@@ -44,8 +44,9 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
       Json row{{"model", model}, {"triangles", surface.size()}};
       try {
         const SpentTime spent;
-        const forward::ObjectResult result = make_walking(model, photons)->solve(
-            {mesh, surface, *rays, medium, cost_eta, sky}, options, progress);
+        const forward::ObjectResult result =
+            make_walking(model, photons)
+                ->solve({mesh, surface, *rays, medium, cost_eta, sky}, options, progress);
         spent.record(row);
         row["elements"] = result.elements;
         row["error_estimate"] = result.error_estimate.front();

@@ -4,11 +4,11 @@
 
 #include "core/mesh/surface_norm.h"
 #include "core/processor_time.h"
+#include "forward/polygrid/live_polygrid.h"
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "render/light/beam_places.h"
-#include "forward/polygrid/live_polygrid.h"
 #include "studies/polygrid/polygrid_bench.h"
 
 namespace kappamu::studies {

@@ -69,9 +69,7 @@ TriangleMesh with_slivers(TriangleMesh mesh, double part) {
 
 class Edges : public testing::TestWithParam<std::string> {
  protected:
-  bool diffusion() const {
-    return model().errs_by == &measured("embedded").error;
-  }
+  bool diffusion() const { return model().errs_by == &measured("embedded").error; }
   const ModelDescription& model() const { return object_model(GetParam()); }
   bool walks() const { return model().can.transport; }
   bool chooses() const { return model().can.chooses; }

@@ -158,8 +158,9 @@ TEST_F(Photographs, WhatIsMissingIsNamed) {
   EXPECT_THAT([&] { capture::bracket_session(source(), {}, silent_); },
               ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("at least two exposure")));
   add(session, session.calibration.camera_boards, "plane_0_board");
-  EXPECT_THAT([&] { capture::board_session(source(), session.calibration.board, {}, silent_); },
-              ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("give the projector's size")));
+  EXPECT_THAT(
+      [&] { capture::board_session(source(), session.calibration.board, {}, silent_); },
+      ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("give the projector's size")));
   EXPECT_THAT(
       [&] {
         capture::board_session(source(), session.calibration.board, session.projector, silent_);

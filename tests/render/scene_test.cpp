@@ -14,12 +14,12 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
 #include "render/scene/published_materials.h"
 #include "render/scene/world.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
-#include "render/scene/model_schema.h"
 #include "tests/schema_verdicts.h"
 #include "tests/sentence.h"
 
@@ -135,7 +135,7 @@ std::vector<Edited> bad_scenes() {
       {"no photon", [](json& s) { s["model"]["photons"] = 0; },
        "model.photons is wrong: photons must lie in [2, 2147483649)"},
       {"a parameter of another model", [](json& s) { s["model"]["name"] = "embedded"; },
-       "model.photons is an unknown field; allowed here are name, tolerance, follow_reentry"},
+       "model.photons is an unknown field; allowed here are 'name', 'tolerance', 'follow_reentry'"},
       {"no such model", [](json& s) { s["model"]["name"] = "magic"; }, "model.name is 'magic'"},
       {"another format", [](json& s) { s["format"] = "kappamu-session"; }, "format"},
       {"another version", [](json& s) { s["version"] = 2; }, "version is not 1"}};

@@ -242,9 +242,9 @@ class OpenclMultigrid final : public LinearSolver {
   OpenclMultigrid(const Levels& levels, device::Context& context)
       : levels_(levels), context_(context) {
     if (!context.info().fp64) {
-      throw InputError("device '" + context.info().name +
-                           "' has no double precision; use another device",
-                       {{"device"}});
+      throw InputError(
+          "device '" + context.info().name + "' has no double precision; use another device",
+          {{"device"}});
     }
     for (std::size_t l = 0; l < levels.level.size(); ++l) {
       structure_.emplace_back(

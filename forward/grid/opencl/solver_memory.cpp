@@ -92,13 +92,14 @@ int lanes_that_fit(const GridSetup& setup, const device::DeviceInfo& device, con
     if (needed <= usable && field <= device.max_allocation_bytes) return lanes;
   }
   const GridShape& s = setup.shape;
-  throw InputError(formatted("grid of %d x %d x %d voxels needs ", s.nx, s.ny, s.nz) +
-                   gigabytes(static_cast<double>(solver_memory(setup, 1, 3, 1, format, layout))) +
-                   " even one pattern at a time, device '" + device.name + "' has " +
-                   gigabytes(static_cast<double>(device.global_memory_bytes)) + ", " +
-                   gigabytes(static_cast<double>(device.max_allocation_bytes)) +
-                   " at most in one piece; use a coarser grid or another device",
-                   {{"device"}});
+  throw InputError(
+      formatted("grid of %d x %d x %d voxels needs ", s.nx, s.ny, s.nz) +
+          gigabytes(static_cast<double>(solver_memory(setup, 1, 3, 1, format, layout))) +
+          " even one pattern at a time, device '" + device.name + "' has " +
+          gigabytes(static_cast<double>(device.global_memory_bytes)) + ", " +
+          gigabytes(static_cast<double>(device.max_allocation_bytes)) +
+          " at most in one piece; use a coarser grid or another device",
+      {{"device"}});
 }
 
 }  // namespace kappamu::forward

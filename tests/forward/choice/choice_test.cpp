@@ -166,9 +166,10 @@ TEST(Choice, LeavesOutWhatCannotAnswer) {
   asked.tolerance = 0.2;
   asked.follow_reentry = true;
   const ObjectFeatures usual = features(5.0, 0.99);
-  EXPECT_THAT(
-      candidate(choose_model(choosable_models(), {&usual, 1}, asked, Remedy::none), "dipole-rotated").reason,
-      HasSubstr("again"));
+  EXPECT_THAT(candidate(choose_model(choosable_models(), {&usual, 1}, asked, Remedy::none),
+                        "dipole-rotated")
+                  .reason,
+              HasSubstr("again"));
 }
 
 TEST(Choice, FollowsTheCostsOfThisMachine) {
@@ -184,7 +185,8 @@ TEST(Choice, AsksTheWorstChannel) {
   ChoiceOptions asked;
   asked.tolerance = 0.1;
   const double both =
-      candidate(choose_model(choosable_models(), channels, asked, Remedy::none), "embedded").error.value();
+      candidate(choose_model(choosable_models(), channels, asked, Remedy::none), "embedded")
+          .error.value();
   EXPECT_EQ(both, candidate(choice_of(channels[1], 0.1), "embedded").error.value());
   EXPECT_GT(both, candidate(choice_of(channels[0], 0.1), "embedded").error.value());
 }

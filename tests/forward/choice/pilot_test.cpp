@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "core/mesh/shapes.h"
-#include "forward/registry.h"
 #include "forward/patches.h"
+#include "forward/registry.h"
 #include "tests/forward/choice/lit_object.h"
 
 namespace kappamu::forward {

@@ -18,8 +18,8 @@ using Eigen::Vector3d;
 
 constexpr double eta = 1.3;
 
-ObjectResult solved(const LitObject& object, const std::string& model,
-                    const ObjectOptions& options, double photons = 2e4) {
+ObjectResult solved(const LitObject& object, const std::string& model, const ObjectOptions& options,
+                    double photons = 2e4) {
   Progress silent;
   return make_walking(model, photons)->solve(object.problem(), options, silent);
 }
@@ -91,8 +91,7 @@ TEST(BeamMarch, DividesPowerAsTheWalkOfPhotonsDoes) {
     constexpr double photons = 2e4;
     const ObjectBalance walk = solved(object, "montecarlo", options, photons).balance[0];
     const double passes = walk.unscattered / walk.entering;
-    const double noise =
-        sigmas * std::sqrt(passes * (1.0 - passes) / photons);
+    const double noise = sigmas * std::sqrt(passes * (1.0 - passes) / photons);
     options.tolerance = 0.05;
     for (const char* model : {"embedded", "polygrid"}) {
       const std::string name = std::string(model) + " " + body.shape;
@@ -122,8 +121,7 @@ TEST(BeamMarch, ComesInAgainAsPhotonsDo) {
   const ObjectBalance mine = solved(ring, "embedded", options).balance[0];
   const double once = solved(ring, "embedded", plain).balance[0].unscattered;
   // Of what leaves again, photons count each time: at most twice as noisy as shares of one.
-  const double noise =
-      2.0 * sigmas * walk.entering * 0.5 / std::sqrt(photons);
+  const double noise = 2.0 * sigmas * walk.entering * 0.5 / std::sqrt(photons);
   EXPECT_GT(std::abs(walk.unscattered - once), noise);
   EXPECT_NEAR(mine.unscattered, walk.unscattered, noise);
   EXPECT_NEAR(mine.reentering, walk.reentering, noise + 0.02 * walk.entering);

@@ -1,4 +1,4 @@
-#include "app/model_options.h"
+#include "app/options/model_options.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -60,13 +60,13 @@ std::string models_text() {
   std::string text = "Models, their abilities, limits and own parameters with defaults:\n";
   const std::string indent = "\n                     ";
   for (const forward::ModelDescription& model : forward::object_models()) {
-    text += formatted("\n  %-18s ", model.name.c_str()) + model.text + indent + "Can: " +
-            abilities_of(model) + "." + indent + model.limits;
-    for_each_parameter(model, [&](const Option& option, const std::string& usual,
-                                  const std::string& allowed) {
-      text += indent + option.name + " (" + usual + "): " + option.text +
-              (allowed.empty() ? "" : "; " + allowed);
-    });
+    text += formatted("\n  %-18s ", model.name.c_str()) + model.text + indent +
+            "Can: " + abilities_of(model) + "." + indent + model.limits;
+    for_each_parameter(
+        model, [&](const Option& option, const std::string& usual, const std::string& allowed) {
+          text += indent + option.name + " (" + usual + "): " + option.text +
+                  (allowed.empty() ? "" : "; " + allowed);
+        });
   }
   return text;
 }
@@ -74,19 +74,20 @@ std::string models_text() {
 std::string models_page() {
   std::string page =
       "# Models of objects\n\n"
-      "Made by `kappamu render --models-page`. Scenes name a model and its parameters in their field "
+      "Made by `kappamu render --models-page`. Scenes name a model and its parameters in their "
+      "field "
       "`model` ([scene.md](../scene.md)).\n";
   for (const forward::ModelDescription& model : forward::object_models()) {
     page += "\n## " + model.name + "\n\n" + model.text + "\n\n- Abilities: " + abilities_of(model) +
             ".\n- Limits: " + model.limits + "\n";
     bool first = true;
-    for_each_parameter(model, [&](const Option& option, const std::string& usual,
-                                  const std::string& allowed) {
-      if (std::exchange(first, false))
-        page += "\n| parameter | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
-      page += std::string("| `") + option.name + "` | " + usual + " | " + option.unit + " | " +
-              allowed + " | " + option.text + " |\n";
-    });
+    for_each_parameter(
+        model, [&](const Option& option, const std::string& usual, const std::string& allowed) {
+          if (std::exchange(first, false))
+            page += "\n| parameter | default | unit | allowed | meaning |\n|---|---|---|---|---|\n";
+          page += std::string("| `") + option.name + "` | " + usual + " | " + option.unit + " | " +
+                  allowed + " | " + option.text + " |\n";
+        });
   }
   return page;
 }
