@@ -15,7 +15,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/fit_options.h"
+#include "app/options/fit_options.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/shown_text.h"

@@ -9,7 +9,8 @@
 
 namespace kappamu {
 
-/// An option by its key, as its description names it (core/options.h), and the value advised.
+/// An option by its key, as its description names it (core/options/options.h), and the value
+/// advised.
 struct OptionKey {
   std::string key, value{};
 };

@@ -18,7 +18,7 @@
 #include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
-#include "core/options.h"
+#include "core/options/options.h"
 #include "core/progress.h"
 #include "core/ray_caster.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/fit_options.h"
+#include "app/options/fit_options.h"
 #include "core/process_memory.h"
 #include "pipeline/fit_folder.h"
 #include "pipeline/records/model_json.h"

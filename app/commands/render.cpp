@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/model_options.h"
+#include "app/options/model_options.h"
 #include "core/error.h"
 #include "forward/polygrid/polygrid_model.h"
 #include "forward/polygrid/shape/make_polygrid.h"

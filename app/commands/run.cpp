@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
-#include "app/fit_options.h"
 #include "app/hdr_options.h"
+#include "app/options/fit_options.h"
 #include "app/session_command.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/records/fit_record.h"

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/model_options.h"
+#include "app/options/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
 #include "forward/registry.h"

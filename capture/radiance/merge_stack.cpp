@@ -34,8 +34,9 @@ Advice advice(const Fault& fault) {
         {{"on_motion", "correct"}, {"on_motion", "align"}}};
   }
   if (fault.kind == Fault::Kind::mislabelled) {
-    return {"correct exposure_s in session.json or in the photographs' table, or let it be estimated",
-            {{"on_flicker", "correct"}}};
+    return {
+        "correct exposure_s in session.json or in the photographs' table, or let it be estimated",
+        {{"on_flicker", "correct"}}};
   }
   return {
       "let lamp and projector warm up and expose multiples of the projector's period, or "

@@ -11,7 +11,7 @@
 #include <array>
 
 #include "core/names.h"
-#include "core/options.h"
+#include "core/options/options.h"
 #include "inverse/fit/fit_options.h"
 
 namespace kappamu::inverse {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/options.h"
+#include "core/options/options.h"
 #include "core/progress.h"
 #include "render/picture/shading.h"
 #include "render/scene/scene.h"

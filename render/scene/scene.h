@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/options.h"
+#include "core/options/options.h"
 #include "render/colour.h"
 
 namespace kappamu::render {

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
-#include "io/npy.h"
 #include "io/read_file.h"
 #include "process.h"
 
@@ -78,9 +77,9 @@ TEST_F(OwnModel, RefusesWhatItsDescriptionDoesNotAllow) {
   };
   EXPECT_THAT(refused({{"name", "lambert"}, {"reflectance", 2}}),
               HasSubstr("reflectance must lie in [0, 1)"));
-  EXPECT_THAT(
-      refused({{"name", "lambert"}, {"photons", 100}}),
-      HasSubstr("allowed here are name, tolerance, max_elements, follow_reentry, reflectance"));
+  EXPECT_THAT(refused({{"name", "lambert"}, {"photons", 100}}),
+              HasSubstr("allowed here are 'name', 'tolerance', 'max_elements', 'follow_reentry', "
+                        "'reflectance'"));
   const ProcessResult plain = kappamu("render " + path("scene.json") + " -o " + path("out"));
   EXPECT_THAT(plain.standard_error, HasSubstr("'lambert'; write one of auto, embedded,"));
 }
@@ -94,6 +93,12 @@ TEST_F(OwnModel, IsInHelpAndSchemaOfItsProgramAlone) {
   const json schema = json::parse(lambert("render --model-schema").standard_output);
   EXPECT_EQ(schema["oneOf"].back()["properties"]["name"]["const"], "lambert");
   EXPECT_EQ(schema["oneOf"].back()["properties"]["reflectance"]["exclusiveMaximum"], 1.0);
+}
+
+TEST(ModelsPage, IsWhatTheProgramMakes) {
+  EXPECT_EQ(io::read_text(KAPPAMU_SOURCE_DIR "/docs/reference/models.md"),
+            kappamu("render --models-page").standard_output)
+      << "renew it: kappamu render --models-page > docs/reference/models.md";
 }
 
 TEST_F(OwnModel, IsACandidateOfAuto) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "core/error.h"
+#include "forward/registry.h"
 #include "io/read_file.h"
 #include "pipeline/records/versions.h"
 #include "tests/fuzz/targets.h"
@@ -15,6 +16,34 @@ std::map<std::string, std::string> library_versions() {
   return {{"kappamu", "fuzzed"}};
 }
 }  // namespace kappamu::pipeline
+
+namespace kappamu::forward {
+
+/// Takes the place of all models: scenes are read by their descriptions alone.
+class WithParameter final : public ObjectModel {
+ public:
+  void describe(const OptionVisitor& visit) override {
+    visit({"photons", "", "", "", bounds::at_least_one, ""}, &photons_);
+  }
+  ObjectResult solve(const ObjectProblem&, const ObjectOptions&, Progress&) override { return {}; }
+
+ private:
+  std::uint64_t photons_ = 1;
+};
+
+const std::deque<ModelDescription>& object_models() {
+  static const std::deque<ModelDescription> models{
+      {.name = "embedded", .text = "", .limits = "", .can = {}, .make = [] {
+         return std::make_unique<WithParameter>();
+       }}};
+  return models;
+}
+
+const ModelDescription& object_model(const std::string& /*name*/) {
+  return object_models().front();
+}
+
+}  // namespace kappamu::forward
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "forward/choice/model_table.h"
+#include "forward/registry.h"
 #include "render/embree_caster.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"

@@ -146,8 +146,8 @@ std::vector<Edited> bad_scenes() {
       {"no photon", [](json& s) { s["model"]["photons"] = 0; },
        "model.photons is wrong: photons must lie in [2, 2147483649)"},
       {"a parameter of another model", [](json& s) { s["model"]["name"] = "embedded"; },
-       "model.photons is an unknown field; allowed here are name, tolerance, max_elements, "
-       "follow_reentry"},
+       "model.photons is an unknown field; allowed here are 'name', 'tolerance', 'max_elements', "
+       "'follow_reentry'"},
       {"no such model", [](json& s) { s["model"]["name"] = "magic"; }, "model.name is 'magic'"},
       {"another format", [](json& s) { s["format"] = "kappamu-session"; }, "format"},
       {"another version", [](json& s) { s["version"] = 2; }, "version is not 1"}};

@@ -1,4 +1,4 @@
-#include "app/model_options.h"
+#include "app/options/model_options.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>

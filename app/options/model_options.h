@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/command.h"
-#include "core/options.h"
+#include "core/options/options.h"
 
 namespace kappamu::app {
 

@@ -1,4 +1,4 @@
-#include "app/fit_options.h"
+#include "app/options/fit_options.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
