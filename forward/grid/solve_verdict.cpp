@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/shown_text.h"
-#include "forward/rounding_floor.h"
+#include "forward/grid/rounding_floor.h"
 
 namespace kappamu::forward {
 

@@ -10,7 +10,7 @@
 #include "core/shown_text.h"
 #include "device/context.h"
 #include "forward/grid/grid_physics.h"
-#include "forward/rounding_floor.h"
+#include "forward/grid/rounding_floor.h"
 #include "studies/baseline/diagonal_cg.h"
 #include "studies/baseline/hierarchy.h"
 

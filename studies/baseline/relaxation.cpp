@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/shown_text.h"
-#include "forward/rounding_floor.h"
+#include "forward/grid/rounding_floor.h"
 
 namespace kappamu::studies::baseline {
 

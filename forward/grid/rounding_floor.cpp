@@ -1,4 +1,4 @@
-#include "forward/rounding_floor.h"
+#include "forward/grid/rounding_floor.h"
 
 namespace kappamu::forward {
 
