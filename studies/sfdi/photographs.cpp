@@ -190,7 +190,7 @@ void measure_peer(const Request& request, Progress&, const Save& save) {
   constexpr int evaluations = 200000;
   const auto nanoseconds = [&](const auto& one) {
     const double before = processor_seconds();
-    volatile double kept = 0.0;
+    [[maybe_unused]] volatile double kept = 0.0;
     for (int i = 0; i < evaluations; ++i) kept = one(0.01 + 1e-7 * i);
     return (processor_seconds() - before) * 1e9 / evaluations;
   };
