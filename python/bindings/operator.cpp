@@ -1,14 +1,14 @@
 // The diffusion operator of a block for people who bring their own inverse: solutions, products,
 // and the derivative of the exitance by κ, μ and light. The only file of the bindings that names
-// the solver's interface (forward/grid/grid_solver.h).
+// the solver's interface (forward/grid).
 #include <algorithm>
 #include <mutex>
 #include <optional>
 
+#include "forward/grid/derivatives.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/grid_solver.h"
 #include "inverse/fit/describe_options.h"
-#include "inverse/problem/adjoint.h"
 #include "python/bindings/bind.h"
 
 namespace kappamu::python {
@@ -210,7 +210,7 @@ class Light {
     Doubles by_light(extents(patterns, face_shape(op_->shape(), op_->setup().lit_face)));
     const std::span<double> by_light_values = view_to_fill(by_light);
     forward::SolveReport report;
-    inverse::CoefficientPair by_log;
+    forward::CoefficientPair by_log;
     {
       const py::gil_scoped_release release;
       const std::scoped_lock lock(op_->mutex());
@@ -238,7 +238,7 @@ class Light {
     return face == op_->setup().lit_face ? view(irradiance_) : std::span<const double>();
   }
 
-  inverse::CoefficientPair by_logarithms(Face face, std::span<const double> weights,
+  forward::CoefficientPair by_logarithms(Face face, std::span<const double> weights,
                                          const forward::BatchField& lambda) const {
     const forward::GridSolver& solver = op_->solver();
     const std::size_t cells = face_shape(op_->shape(), face).cells();
@@ -248,7 +248,7 @@ class Light {
     const double apart = face == op_->setup().lit_face
                              ? forward::exitance_per_irradiance(op_->setup(), solver.constants())
                              : 0.0;
-    inverse::AdjointSums sums;
+    forward::AdjointSums sums;
     sums.products = solver.pair_products(lambda, *phi_);
     sums.columns = solver.column_products(lambda, view(irradiance_));
     sums.observed.assign(cells, 0.0);
@@ -265,14 +265,16 @@ class Light {
     for (double& m : positive) m = std::max(m, least);
     return assemble(face, positive, sums);
   }
-  inverse::CoefficientPair assemble(Face face, std::span<const double> mu,
-                                    const inverse::AdjointSums& sums) const {
-    inverse::CoefficientPair gradient = inverse::assemble_gradient(
-        op_->setup(), op_->solver().constants(), face, op_->kappa(), mu, sums);
+  forward::CoefficientPair assemble(Face face, std::span<const double> mu,
+                                    const forward::AdjointSums& sums) const {
+    forward::CoefficientPair gradient{std::vector<double>(mu.size()),
+                                      std::vector<double>(mu.size())};
+    forward::add_gradient(op_->setup(), op_->solver().constants(), face, op_->kappa(), mu, sums,
+                          gradient);
     for (std::size_t i = 0; i < mu.size(); ++i) gradient.log_mu[i] /= mu[i];
     return gradient;
   }
-  void to_coefficients(inverse::CoefficientPair& gradient) const {
+  void to_coefficients(forward::CoefficientPair& gradient) const {
     const std::span<const double> kappa = op_->kappa();
     for (std::size_t i = 0; i < kappa.size(); ++i) gradient.log_kappa[i] /= kappa[i];
   }
