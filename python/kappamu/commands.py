@@ -73,7 +73,7 @@ class Command:
             found.append(names.get(flag.group(), python_name(flag.group()[2:])))
             return found[-1]
 
-        reworded = re.sub(r"(?<![\w-])--[a-z][a-z-]*", name_of, sentence)
+        reworded = re.sub(r"(?<![\w-])--[a-z][a-z0-9-]*", name_of, sentence)
         # A place on the command line is named without dashes: "session is required".
         place = [name for name, option in self.options.items()
                  if option["positional"] and sentence.startswith(option["flag"])]

@@ -1,4 +1,5 @@
 """What can go wrong: bad input, an answer that does not converge, and what a user should know besides."""
+import re
 import warnings
 
 
@@ -25,5 +26,6 @@ class KappamuWarning(UserWarning):
 
 
 def warn(sentence):
-    """Issues a KappamuWarning from where the package was called."""
-    warnings.warn(sentence, KappamuWarning, stacklevel=2)
+    """Issues a KappamuWarning with Python's names in place of flags."""
+    named = re.sub(r"(?<![\w-])--([a-z][a-z0-9-]*)", lambda flag: flag.group(1).replace("-", "_"), sentence)
+    warnings.warn(named, KappamuWarning, stacklevel=3)

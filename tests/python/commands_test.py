@@ -41,7 +41,7 @@ class EveryAbility(unittest.TestCase):
         """Flags are read from the help that the program prints, not from the description that the functions are made of."""
         total = 0
         for name in set(commands.ALL) - {"bench"}:
-            flags = set(re.findall(r"^  (?:-[a-z],)?(--[a-z][a-z-]*)", help_of(name), re.M)) - {"--help"}
+            flags = set(re.findall(r"^  (?:-[a-z],)?(--[a-z][a-z0-9-]*)", help_of(name), re.M)) - {"--help"}
             known = {option["flag"] for option in commands.ALL[name].options.values()}
             self.assertEqual(flags - known, set(), name)
             arguments = inspect.signature(getattr(commands, commands.python_name(name))).parameters

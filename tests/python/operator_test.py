@@ -94,7 +94,7 @@ class Operator(unittest.TestCase):
 
     def test_gradient_lit_from_the_side(self):
         self.check_gradient("x+", lit_face="x-")
-        self.check_gradient("z+", lit_face="y+", sides="mirror")
+        self.check_gradient("y-", lit_face="y+", sides="mirror")
 
     def test_gradient_where_nothing_absorbs(self):
         self.check_gradient("z+", zero_mu=True)
