@@ -1,8 +1,6 @@
-// A fit's state as a checkpoint's bytes, and which states a fit goes on from.
+// A fit's state as a checkpoint's bytes. Which of them a fit takes: resume.cpp.
 #include <algorithm>
-#include <cmath>
 #include <concepts>
-#include <functional>
 
 #include "core/error.h"
 #include "inverse/checkpoint/state_bytes.h"
@@ -14,6 +12,22 @@ template <class T, class U>
 concept Is = std::same_as<std::remove_const_t<T>, U>;
 
 // What a checkpoint holds, in this order: the same lines write and read it.
+
+static void transfer(ByteWriter& out, const Eigen::MatrixXd& block) {
+  out(static_cast<std::uint64_t>(block.rows()),
+      std::vector<double>(block.data(), block.data() + block.size()));
+}
+static void transfer(ByteReader& in, Eigen::MatrixXd& block) {
+  constexpr std::uint64_t most_rows = std::uint64_t{1} << 31;  // so that their square is a number
+  std::uint64_t rows = 0;
+  std::vector<double> values;
+  in(rows, values);
+  if (rows > most_rows || values.size() != rows * rows) {
+    throw InputError("is damaged: its arrays contradict each other");
+  }
+  const auto size = static_cast<Eigen::Index>(rows);
+  block = Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size);
+}
 
 void transfer(auto& bytes, Is<SolveCount> auto& s) {
   bytes(s.forward, s.adjoint, s.refined, s.tangent, s.photons, s.voxel_iterations);
@@ -55,10 +69,28 @@ void transfer(auto& bytes, Is<LayeredMedium> auto& medium) {
   bytes(medium.first, medium.log_kappa, medium.log_mu);
 }
 
+void transfer(auto& bytes, Is<Correction> auto& r) {
+  bytes(r.ratio, r.variance, r.pixel_variance, r.slope[0], r.slope[1], r.mean[0], r.mean[1]);
+}
+
+void transfer(auto& bytes, Is<LbfgsProducts> auto& p) {
+  bytes(p.curvature, p.step_square, p.change_square);
+}
+
+void transfer(auto& bytes, Is<OptimiserState> auto& s) {
+  bytes(s.z, s.gradient, s.direction, s.previous_gradient, s.value, s.previous_step, s.steps,
+        s.changes, s.products);
+}
+
+void transfer(auto& bytes, Is<StageState> auto& s) {
+  bytes(s.chi2, s.corrected_chi2, s.steps, s.small_decreases, s.again, s.begun.log_kappa,
+        s.begun.log_mu, s.blocks, s.scaled_blocks, s.optimiser);
+}
+
 void transfer(auto& bytes, Is<FitState> auto& s) {
   bytes.enumerator(s.end, PathEnd::lowest);
   bytes(s.level, s.closer, s.weight, s.last, s.finished, s.last_chi2, s.last_score, s.seconds,
-        s.fields.log_kappa, s.fields.log_mu, s.solves, s.report, s.simpler);
+        s.fields.log_kappa, s.fields.log_mu, s.solves, s.correction, s.stage, s.report, s.simpler);
 }
 
 std::vector<std::byte> FitState::bytes() const {
@@ -75,67 +107,16 @@ FitState FitState::from(std::span<const std::byte> bytes) {
   return state;
 }
 
-std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m) {
-  constexpr std::size_t history_bytes = std::size_t{64} << 20U;  // of a million steps
-  return 2 * sizeof(double) * m.grid.cells() + history_bytes;
-}
-
-namespace {
-
-void require(bool holds) {
-  if (!holds) throw InputError("is damaged: it holds impossible values");
-}
-
-bool finite(const std::vector<double>& values) {
-  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
-}
-
-bool in_range(const std::vector<double>& logs, std::size_t size) {
-  return logs.size() == size && std::all_of(logs.begin(), logs.end(), [](double x) {
-           return std::abs(x) <= max_log_coefficient;
-         });
-}
-
-bool possible(const SolveCount& s) {
-  return std::min({s.forward, s.adjoint, s.refined, s.tangent}) >= 0 && std::isfinite(s.photons) &&
-         std::isfinite(s.voxel_iterations);
-}
-
-bool possible(const LayeredMedium& medium, int depth) {
-  const std::vector<int>& first = medium.first;
-  return !first.empty() && first.front() == 0 && first.back() < depth &&
-         std::adjacent_find(first.begin(), first.end(), std::greater_equal<>()) == first.end() &&
-         in_range(medium.log_kappa, first.size()) && in_range(medium.log_mu, first.size());
-}
-
-}  // namespace
-
-void require_possible(const FitState& state, const GridLevels& levels, const FitOptions& options) {
-  const auto is_level = [&](int level) { return level >= 0 && level < levels.count(); };
-  require(is_level(state.level));
-  require(!state.closer || (state.level == 1 && levels.closer() != nullptr));
-  require(state.level == 0 || !(state.last || state.finished));
-  require(state.weight >= 0.0 &&
-          finite({state.weight, state.last_chi2, state.last_score, state.seconds}));
-  const MediumSpace space = levels[state.level].space();
-  require(in_range(state.fields.log_kappa, space.cells()) &&
-          in_range(state.fields.log_mu, space.cells()));
-  require(possible(state.solves));
-
-  const FitReport& report = state.report;
-  require(report.physics == options.data.physics ||
-          (options.data.physics == Physics::automatic && report.physics != Physics::automatic));
-  require(report.homogeneous_kappa > 0.0 && report.homogeneous_mu > 0.0 &&
-          finite({report.homogeneous_kappa, report.homogeneous_mu}));
-  require(!report.history.empty());
-  for (const StepRecord& r : report.history) require(is_level(r.level) && possible(r.solves));
-  const int depth = levels[0].space().depth();
-  const auto is_number_of_layers = [&](int layers) { return layers >= 0 && layers <= depth; };
-  require(is_number_of_layers(report.model.layers));
-  for (const ModelTrial& t : report.model.trials) {
-    require(is_level(t.level) && is_number_of_layers(t.layers));
-  }
-  for (const LayeredMedium& medium : state.simpler) require(possible(medium, depth));
+std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions& options) {
+  // Two volumes, z and three more of its size, two floats a pair; blocks; r.
+  const auto cells = static_cast<double>(m.grid.cells());
+  const double depth = m.grid.extent(axis_of(m.lit_face));
+  const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
+  const double doubles = 2.0 * cells * (2.0 + 4.0 + options.solver.optimiser.memory) +
+                         2.0 * bins * 4.0 * depth * depth +
+                         5.0 * static_cast<double>(m.seen_shape().cells()) * m.patterns;
+  constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps
+  return static_cast<std::size_t>(8.0 * doubles + history_bytes);
 }
 
 }  // namespace kappamu::inverse
