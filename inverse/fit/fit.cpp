@@ -11,7 +11,6 @@
 #include "inverse/fit/fit_run.h"
 #include "inverse/fit/minimise.h"
 #include "inverse/fit/path_rules.h"
-#include "inverse/fit/resume.h"
 #include "inverse/fit/start.h"
 
 namespace kappamu::inverse {

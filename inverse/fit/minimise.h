@@ -28,6 +28,9 @@ void go_on_with_weight(FitRun& run, Stage& stage);
 /// The run's weight as it was when `saved`, by the r it then had, which the objective has. Throws
 /// InternalError where no metric can be made of it.
 void restore_weight(FitRun& run, Stage& stage, StageState saved);
+/// From the newest checkpoint that can be used (fit_state.cpp): grid, r and `stage` are what they
+/// were, to the same bits and counts; false where there is none. What could not be used is told of.
+bool resume(FitRun& run, Stage& stage);
 
 /// To the minimum, r renewed there; once more where that takes it back. The run's fields are then
 /// the volume found.
