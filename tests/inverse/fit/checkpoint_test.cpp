@@ -109,6 +109,9 @@ void expect_kills_change_nothing(const Case& c, const Uninterrupted& undisturbed
   EXPECT_EQ(whole.medium.kappa.values(), resumed.medium.kappa.values());
   EXPECT_EQ(whole.medium.mu.values(), resumed.medium.mu.values());
   EXPECT_EQ(whole.prediction, resumed.prediction);
+  EXPECT_EQ(whole.report.weight, resumed.report.weight);
+  EXPECT_EQ(whole.report.chi2_per_value, resumed.report.chi2_per_value);
+  EXPECT_EQ(whole.report.reason, resumed.report.reason);
   EXPECT_EQ(whole.report.warnings, resumed.report.warnings);
   EXPECT_EQ(undisturbed.listener.told, last.told)
       << "whoever listens hears what he would have heard";
@@ -116,6 +119,8 @@ void expect_kills_change_nothing(const Case& c, const Uninterrupted& undisturbed
   for (std::size_t i = 0; i < whole.report.history.size(); ++i) {
     const SolveCount& a = whole.report.history[i].solves;
     const SolveCount& b = resumed.report.history[i].solves;
+    EXPECT_EQ(whole.report.history[i].weight, resumed.report.history[i].weight) << "record " << i;
+    EXPECT_EQ(whole.report.history[i].objective, resumed.report.history[i].objective);
     EXPECT_EQ(a.forward, b.forward) << "record " << i;
     EXPECT_EQ(a.adjoint, b.adjoint) << "record " << i;
     EXPECT_EQ(a.refined, b.refined) << "record " << i;
