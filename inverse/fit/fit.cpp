@@ -129,11 +129,9 @@ void descend(FitRun& run, Stage& stage) {
   }
 }
 
-/// Grids coarse to fine, on the finest the weights strong to weak.
-void follow_path(FitRun& run) {
+/// Grids coarse to fine, on the finest the weights strong to weak, from a weight that has begun.
+void follow_path(FitRun& run, Stage& stage) {
   FitState& at = run.state;
-  Stage stage;
-  begin_weight(run, stage);
   while (run.grid.level() > 0) {
     // A lower weight on a coarse grid fits the grid's own error, along the valley of κ against μ.
     settle(run, stage);
@@ -157,8 +155,8 @@ ChannelFit result_of(FitRun& run) {
   run.state.report.chi2_per_value = state.last_chi2;
   run.state.report.weight = state.weight;
   run.state.report.end = state.end;
-  run.save(state.fields);
   objective.value(state.fields);
+  run.save();
   ChannelFit fit;
   fit.medium = to_medium(state.fields, run.grid.shape());
   if (!run.context.interim) {
@@ -208,10 +206,17 @@ ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
              "fit " + measurements.channels[static_cast<std::size_t>(channel)],
              fingerprint(measurements, channel, options, context, checkpoint.program),
              grids_of(measurements, channel, options)};
-  const bool resumed = resume(run);
-  if (!resumed && context.continued) begin_continued(run, *context.continued);
-  if (!resumed && !context.continued) begin(run);
-  if (!run.state.finished) follow_path(run);
+  Stage stage;
+  const bool resumed = resume(run, stage);
+  if (!resumed) {
+    if (context.continued) {
+      begin_continued(run, *context.continued);
+    } else {
+      begin(run);
+    }
+    if (!run.state.finished) begin_weight(run, stage);
+  }
+  if (!run.state.finished) follow_path(run, stage);
   ChannelFit fit = result_of(run);
   fit.report.resumed = resumed;
   return fit;

@@ -104,11 +104,11 @@ struct ChannelFit {
   FitReport report;
 };
 
-/// How a fit survives being killed. `save` receives the volume so far and where it stands on its
-/// path; `load` gives what was saved last, and where that turns out to be of no use and `load` is
-/// called again, what was saved before; nothing after the last. The fit goes on from that volume
-/// and ends in the same answer to its tolerance. What is damaged or of another fit is passed over,
-/// with a warning (checkpoint.h).
+/// How a fit survives being killed. `save` receives everything the next step needs; `load` gives
+/// what was saved last, and where that turns out to be of no use and `load` is called again, what
+/// was saved before; nothing after the last. On the same device the fit then ends in the same bits,
+/// history and warnings. What is damaged or of another fit is passed over, with a warning
+/// (checkpoint.h).
 struct Checkpoint {
   std::function<void(std::span<const std::byte>)> save;
   std::function<std::optional<std::vector<std::byte>>()> load;

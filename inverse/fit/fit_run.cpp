@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "core/error.h"
 #include "core/shown_text.h"
 #include "inverse/checkpoint/checkpoint.h"
 #include "inverse/defaults.h"
@@ -41,15 +39,16 @@ void FitRun::record(StepRecord step, const CoefficientPair& fields) {
                             step.weight, step.chi2_per_value, step.step));
 }
 
-void FitRun::save(const CoefficientPair& fields) {
+void FitRun::save(const StageState& stage) {
   since_save = Stopwatch{};
   if (!checkpoint.save) return;
   FitState saved = state;
-  saved.fields = fields;
   saved.seconds = seconds();
   saved.level = grid.level();
   saved.closer = grid.closer();
   saved.solves = grid.objective().solves();
+  saved.correction = grid.objective().correction();
+  saved.stage = stage;
   checkpoint.save(seal(saved.bytes(), origin));
 }
 
@@ -66,43 +65,6 @@ void FitRun::set_physics(Physics physics) {
 double FitRun::renew_correction(const CoefficientPair& fields) {
   const bool exact = state.last || state.finished;
   return grid.renew_correction(fields, exact ? 1.0 : defaults::photon_noise_midway);
-}
-
-bool resume(FitRun& run) {
-  std::vector<std::string> unusable;
-  bool resumed = false;
-  while (!resumed && run.checkpoint.load) {
-    const std::optional<std::vector<std::byte>> bytes = run.checkpoint.load();
-    if (!bytes) break;
-    try {
-      FitState state = FitState::from(unseal(*bytes, run.origin));
-      require_possible(state, run.grid.levels(), run.options);
-      run.state = std::move(state);
-      resumed = true;
-    } catch (const InputError& error) {
-      unusable.emplace_back(error.what());
-    }
-  }
-  for (const std::string& sentence : run.state.report.warnings) {
-    run.progress.warn(run.stage_name + ": " + sentence);
-  }
-  for (const std::string& reason : unusable) {
-    run.warn("A checkpoint " + reason +
-             (resumed ? "; the fit goes on from the one before." : "; the fit starts anew."));
-  }
-  if (!resumed) return false;
-  run.set_physics(run.state.report.physics);
-  run.open(run.state.level, run.state.closer);
-  Objective& objective = run.grid.objective();
-  if (run.grid.levels().photons() && run.state.level == run.grid.levels().coarsest()) {
-    // As find_start() left it there, with its slope.
-    objective.refresh_correction(run.grid.refinement(), run.state.fields,
-                                 Objective::PhotonSlope::renewed);
-  } else {
-    run.renew_correction(run.state.fields);
-  }
-  objective.restore(objective.correction(), run.state.solves);
-  return true;
 }
 
 Anchor anchor_of(const FitRun& run) {

@@ -16,8 +16,22 @@
 
 namespace kappamu::inverse {
 
-/// Where a fit stands between two steps: what a checkpoint holds (fit_state.cpp). A fit goes on
-/// from it at the start of its weight, from the volume that this had come to.
+/// Where the minimisation at one weight stands between two steps.
+struct StageState {
+  CoefficientPair begun;        ///< where the weight was begun
+  LateralBlocks blocks;         ///< the data's Hessian there, by the fields
+  LateralBlocks scaled_blocks;  ///< as the optimiser's coordinates have it (absorption_scale.h)
+  OptimiserState optimiser;
+  double chi2 = 0.0;            ///< per value now
+  double corrected_chi2 = 0.0;  ///< per value where r was made
+  int steps = 0;                ///< taken since the weight was begun or gone on with
+  int small_decreases = 0;      ///< in a row
+  bool again = false;           ///< r took its first minimum back: this is the second round
+};
+
+/// Where a fit stands between two steps: what a checkpoint holds (fit_state.cpp), so that the next
+/// step of a fit that goes on from it is what it would have been. `level`, `closer`, `solves`,
+/// `correction` and `stage` are filled for it alone.
 struct FitState {
   int level = 0;        ///< of GridLevels, 0 = finest
   bool closer = false;  ///< GridPath::closer()
@@ -28,8 +42,10 @@ struct FitState {
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
   double seconds = 0.0;     ///< spent by earlier runs
-  CoefficientPair fields;   ///< the volume so far
+  CoefficientPair fields;   ///< the volume that the last minimum or grid gave
   SolveCount solves;        ///< so far, on all grids
+  Correction correction;    ///< r
+  StageState stage;         ///< of the weight; empty where the fit has finished
   std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
   FitReport report;                    ///< so far
 
@@ -39,13 +55,9 @@ struct FitState {
   static FitState from(std::span<const std::byte> bytes);
 };
 
-/// Throws InputError, the end of a sentence "A checkpoint ...", unless a fit by `options` on these
-/// grids can go on from `state` without reading or writing beyond an array. A checksum is no guard
-/// against intent.
-void require_possible(const FitState& state, const GridLevels& levels, const FitOptions& options);
-
 /// No checkpoint of a fit of these is longer.
-std::size_t most_checkpoint_bytes(const SurfaceMeasurements& measurements);
+std::size_t most_checkpoint_bytes(const SurfaceMeasurements& measurements,
+                                  const FitOptions& options);
 
 /// One channel's fit as it runs.
 struct FitRun {
@@ -71,8 +83,8 @@ struct FitRun {
   void count(const SolveCount& solves);
   /// A record of the history, `fields` on the open grid.
   void record(StepRecord step, const CoefficientPair& fields);
-  /// So that a killed fit goes on from `fields`.
-  void save(const CoefficientPair& fields);
+  /// So that a killed fit goes on from here; `stage` is that of the weight, none at the end.
+  void save(const StageState& stage = {});
   void open(int level, bool closer = false);
   /// r is by this equation on every grid.
   void set_physics(Physics physics);
@@ -80,10 +92,6 @@ struct FitRun {
   /// move more, by a quarter of the photons.
   double renew_correction(const CoefficientPair& fields);
 };
-
-/// From the newest checkpoint that can be used: the grid is open and r renewed; false where there
-/// is none. What could not be used is told of.
-bool resume(FitRun& run);
 
 /// What the fields are drawn to.
 Anchor anchor_of(const FitRun& run);

@@ -1,12 +1,21 @@
-// A fit's state as a checkpoint's bytes, and which states a fit goes on from.
+// A fit's state as a checkpoint's bytes, which of them a fit takes, and how it goes on from there.
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.h"
+#include "inverse/checkpoint/checkpoint.h"
 #include "inverse/checkpoint/state_bytes.h"
+#include "inverse/defaults.h"
 #include "inverse/fit/fit_run.h"
+#include "inverse/fit/minimise.h"
+#include "inverse/optimise/lateral_modes.h"
 
 namespace kappamu::inverse {
 
@@ -14,6 +23,22 @@ template <class T, class U>
 concept Is = std::same_as<std::remove_const_t<T>, U>;
 
 // What a checkpoint holds, in this order: the same lines write and read it.
+
+static void transfer(ByteWriter& out, const Eigen::MatrixXd& block) {
+  out(static_cast<std::uint64_t>(block.rows()),
+      std::vector<double>(block.data(), block.data() + block.size()));
+}
+static void transfer(ByteReader& in, Eigen::MatrixXd& block) {
+  constexpr std::uint64_t most_rows = std::uint64_t{1} << 31;  // so that their square is a number
+  std::uint64_t rows = 0;
+  std::vector<double> values;
+  in(rows, values);
+  if (rows > most_rows || values.size() != rows * rows) {
+    throw InputError("is damaged: its arrays contradict each other");
+  }
+  const auto size = static_cast<Eigen::Index>(rows);
+  block = Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size);
+}
 
 void transfer(auto& bytes, Is<SolveCount> auto& s) {
   bytes(s.forward, s.adjoint, s.refined, s.tangent, s.photons, s.voxel_iterations);
@@ -55,10 +80,28 @@ void transfer(auto& bytes, Is<LayeredMedium> auto& medium) {
   bytes(medium.first, medium.log_kappa, medium.log_mu);
 }
 
+void transfer(auto& bytes, Is<Correction> auto& r) {
+  bytes(r.ratio, r.variance, r.pixel_variance, r.slope[0], r.slope[1], r.mean[0], r.mean[1]);
+}
+
+void transfer(auto& bytes, Is<LbfgsProducts> auto& p) {
+  bytes(p.curvature, p.step_square, p.change_square);
+}
+
+void transfer(auto& bytes, Is<OptimiserState> auto& s) {
+  bytes(s.z, s.gradient, s.direction, s.previous_gradient, s.value, s.previous_step, s.steps,
+        s.changes, s.products);
+}
+
+void transfer(auto& bytes, Is<StageState> auto& s) {
+  bytes(s.chi2, s.corrected_chi2, s.steps, s.small_decreases, s.again, s.begun.log_kappa,
+        s.begun.log_mu, s.blocks, s.scaled_blocks, s.optimiser);
+}
+
 void transfer(auto& bytes, Is<FitState> auto& s) {
   bytes.enumerator(s.end, PathEnd::lowest);
   bytes(s.level, s.closer, s.weight, s.last, s.finished, s.last_chi2, s.last_score, s.seconds,
-        s.fields.log_kappa, s.fields.log_mu, s.solves, s.report, s.simpler);
+        s.fields.log_kappa, s.fields.log_mu, s.solves, s.correction, s.stage, s.report, s.simpler);
 }
 
 std::vector<std::byte> FitState::bytes() const {
@@ -75,25 +118,44 @@ FitState FitState::from(std::span<const std::byte> bytes) {
   return state;
 }
 
-std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m) {
-  constexpr std::size_t history_bytes = std::size_t{64} << 20U;  // of a million steps
-  return 2 * sizeof(double) * m.grid.cells() + history_bytes;
+std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions& options) {
+  // Two volumes, z and three more of its size, two floats a pair; blocks; r.
+  const auto cells = static_cast<double>(m.grid.cells());
+  const double depth = m.grid.extent(axis_of(m.lit_face));
+  const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
+  const double doubles = 2.0 * cells * (2.0 + 4.0 + options.solver.optimiser.memory) +
+                         2.0 * bins * 4.0 * depth * depth +
+                         5.0 * static_cast<double>(m.seen_shape().cells()) * m.patterns;
+  constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps
+  return static_cast<std::size_t>(8.0 * doubles + history_bytes);
 }
 
 namespace {
 
+constexpr const char* impossible = "is damaged: it holds impossible values";
+
 void require(bool holds) {
-  if (!holds) throw InputError("is damaged: it holds impossible values");
+  if (!holds) throw InputError(impossible);
 }
 
-bool finite(const std::vector<double>& values) {
+template <class Values>
+bool finite(const Values& values) {
   return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+template <class Values>
+bool has(const Values& values, std::size_t size) {
+  return values.size() == size && finite(values);
 }
 
 bool in_range(const std::vector<double>& logs, std::size_t size) {
   return logs.size() == size && std::all_of(logs.begin(), logs.end(), [](double x) {
            return std::abs(x) <= max_log_coefficient;
          });
+}
+
+bool in_range(const CoefficientPair& fields, std::size_t cells) {
+  return in_range(fields.log_kappa, cells) && in_range(fields.log_mu, cells);
 }
 
 bool possible(const SolveCount& s) {
@@ -108,25 +170,69 @@ bool possible(const LayeredMedium& medium, int depth) {
          in_range(medium.log_kappa, first.size()) && in_range(medium.log_mu, first.size());
 }
 
-}  // namespace
+/// r of so many `data`, with noise of its own where it is by photons.
+bool possible(const Correction& r, std::size_t data, bool by_photons) {
+  const std::size_t noisy = by_photons ? data : 0;
+  const auto is_variance = [&](const Vector& v) {
+    return has(v, noisy) && std::all_of(v.begin(), v.end(), [](double x) { return x >= 0.0; });
+  };
+  return has(r.ratio, data) && is_variance(r.variance) && is_variance(r.pixel_variance) &&
+         std::all_of(r.slope.begin(), r.slope.end(),
+                     [&](const Vector& v) { return v.empty() || has(v, noisy); }) &&
+         finite(r.mean);
+}
 
+/// With z of `size` and at most `pairs` of L-BFGS.
+bool possible(const OptimiserState& s, std::size_t size, int pairs) {
+  const auto fits = [&](const auto& v) { return has(v, size); };
+  return fits(s.z) && fits(s.gradient) && std::isfinite(s.value) &&
+         std::isfinite(s.previous_step) && (s.direction.empty() || fits(s.direction)) &&
+         s.previous_gradient.size() == s.direction.size() && finite(s.previous_gradient) &&
+         s.steps.size() <= static_cast<std::size_t>(pairs) && s.changes.size() == s.steps.size() &&
+         s.products.size() == s.steps.size() && std::all_of(s.steps.begin(), s.steps.end(), fits) &&
+         std::all_of(s.changes.begin(), s.changes.end(), fits);
+}
+
+bool possible(const StageState& s, const MediumSpace& space, const FitOptions& options) {
+  const LateralModes modes(space);
+  const bool informed = options.solver.coordinates == Coordinates::informed;
+  const std::size_t bins = informed ? static_cast<std::size_t>(modes.bins()) : 0;
+  const auto fit = [&](const LateralBlocks& blocks) {
+    return blocks.size() == bins &&
+           std::all_of(blocks.begin(), blocks.end(), [&](const Eigen::MatrixXd& block) {
+             return block.rows() == modes.rows() && block.allFinite() &&
+                    block.llt().info() == Eigen::Success;
+           });
+  };
+  return s.steps >= 0 && s.steps <= options.path.stage_steps && s.small_decreases >= 0 &&
+         s.small_decreases <= defaults::few_decreases && std::isfinite(s.chi2) &&
+         std::isfinite(s.corrected_chi2) && in_range(s.begun, space.cells()) &&
+         possible(s.optimiser, 2 * space.cells(), options.solver.optimiser.memory) &&
+         fit(s.blocks) && fit(s.scaled_blocks);
+}
+
+/// Throws InputError, the end of a sentence "A checkpoint ...", unless a fit by `options` on these
+/// grids can go on from `state` without reading or writing beyond an array. A checksum is no guard
+/// against intent.
 void require_possible(const FitState& state, const GridLevels& levels, const FitOptions& options) {
   const auto is_level = [&](int level) { return level >= 0 && level < levels.count(); };
   require(is_level(state.level));
   require(!state.closer || (state.level == 1 && levels.closer() != nullptr));
   require(state.level == 0 || !(state.last || state.finished));
   require(state.weight >= 0.0 &&
-          finite({state.weight, state.last_chi2, state.last_score, state.seconds}));
-  const MediumSpace space = levels[state.level].space();
-  require(in_range(state.fields.log_kappa, space.cells()) &&
-          in_range(state.fields.log_mu, space.cells()));
+          finite(Vector{state.weight, state.last_chi2, state.last_score, state.seconds}));
+  const Problem& problem = levels[state.level];
+  const MediumSpace space = problem.space();
+  require(in_range(state.fields, space.cells()));
   require(possible(state.solves));
-
   const FitReport& report = state.report;
+  require(possible(state.correction, problem.data.size(), report.physics == Physics::transport));
+  require(state.finished || possible(state.stage, space, options));
+
   require(report.physics == options.data.physics ||
           (options.data.physics == Physics::automatic && report.physics != Physics::automatic));
   require(report.homogeneous_kappa > 0.0 && report.homogeneous_mu > 0.0 &&
-          finite({report.homogeneous_kappa, report.homogeneous_mu}));
+          finite(Vector{report.homogeneous_kappa, report.homogeneous_mu}));
   require(!report.history.empty());
   for (const StepRecord& r : report.history) require(is_level(r.level) && possible(r.solves));
   const int depth = levels[0].space().depth();
@@ -136,6 +242,57 @@ void require_possible(const FitState& state, const GridLevels& levels, const Fit
     require(is_level(t.level) && is_number_of_layers(t.layers));
   }
   for (const LayeredMedium& medium : state.simpler) require(possible(medium, depth));
+}
+
+/// As it was when `state` was saved. Throws InputError as require_possible() does.
+void become(FitRun& run, Stage& stage, FitState state) {
+  require_possible(state, run.grid.levels(), run.options);
+  run.state = std::move(state);
+  run.set_physics(run.state.report.physics);
+  run.open(run.state.level, run.state.closer);
+  Objective& objective = run.grid.objective();
+  objective.restore(run.state.correction, run.state.solves);
+  // What was solved last is solved anew and not counted: what comes next finds it at hand.
+  if (run.state.finished) {
+    objective.value(run.state.fields);
+  } else {
+    try {
+      restore_weight(run, stage, std::exchange(run.state.stage, {}));
+    } catch (const InternalError&) {
+      throw InputError(impossible);
+    }
+  }
+  objective.restore(std::exchange(run.state.correction, {}), run.state.solves);
+}
+
+}  // namespace
+
+bool resume(FitRun& run, Stage& stage) {
+  std::vector<std::string> unusable;
+  bool resumed = false;
+  while (!resumed && run.checkpoint.load) {
+    const std::optional<std::vector<std::byte>> bytes = run.checkpoint.load();
+    if (!bytes) break;
+    try {
+      become(run, stage, FitState::from(unseal(*bytes, run.origin)));
+      resumed = true;
+    } catch (const InputError& error) {
+      unusable.emplace_back(error.what());
+    }
+  }
+  if (!resumed) {
+    run.state = FitState{};
+    run.grid.set_photons(std::nullopt);
+    stage = Stage{};
+  }
+  for (const std::string& sentence : run.state.report.warnings) {
+    run.progress.warn(run.stage_name + ": " + sentence);
+  }
+  for (const std::string& reason : unusable) {
+    run.warn("A checkpoint " + reason +
+             (resumed ? "; the fit goes on from the one before." : "; the fit starts anew."));
+  }
+  return resumed;
 }
 
 }  // namespace kappamu::inverse

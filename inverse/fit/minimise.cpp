@@ -92,9 +92,19 @@ void minimise(FitRun& run, Stage& stage) {
       run.renew_correction(fields);
       meet_correction(run, stage);
     }
-    if (run.since_save.seconds() >= run.checkpoint.interval_seconds) run.save(fields);
+    if (run.since_save.seconds() >= run.checkpoint.interval_seconds) run.save(stage);
   }
   stage.ran_out = out_of_steps() && !found();
+}
+
+/// The metric and the function, from the fields and the Hessian of the weight's beginning.
+void set_function(FitRun& run, Stage& stage) {
+  const AbsorptionScale scale = scale_of(run);
+  const double weight = run.state.weight;
+  stage.basis = std::make_unique<Basis>(basis_of(
+      run, weight, stage.scaled_blocks, scale.mean_slope(stage.begun), defaults::uncoupled_share));
+  stage.function = std::make_unique<FitFunction>(run.grid.objective(), *stage.basis, anchor_of(run),
+                                                 weight, regulariser_of(run), stage.begun, scale);
 }
 
 }  // namespace
@@ -103,7 +113,6 @@ void begin_weight(FitRun& run, Stage& stage) {
   const SolverOptions& options = run.options.solver;
   Objective& objective = run.grid.objective();
   const AbsorptionScale scale = scale_of(run);
-  LateralBlocks scaled_blocks;  // as the optimiser's coordinates have it
   stage.begun = run.state.fields;
   if (options.coordinates == Coordinates::informed) {
     // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
@@ -112,15 +121,11 @@ void begin_weight(FitRun& run, Stage& stage) {
     std::vector<CoefficientPair> rows = random_rows(objective, options.metric_probes, options.seed);
     stage.blocks = lateral_blocks(rows, run.grid.space());
     for (CoefficientPair& row : rows) row = scale.by_scaled(stage.begun, std::move(row));
-    scaled_blocks = lateral_blocks(rows, run.grid.space());
+    stage.scaled_blocks = lateral_blocks(rows, run.grid.space());
   }
   const std::unique_ptr<Basis> basis_before = std::move(stage.basis);
   const std::unique_ptr<FitFunction> function_before = std::move(stage.function);
-  const double weight = run.state.weight;
-  stage.basis = std::make_unique<Basis>(basis_of(
-      run, weight, scaled_blocks, scale.mean_slope(stage.begun), defaults::uncoupled_share));
-  stage.function = std::make_unique<FitFunction>(objective, *stage.basis, anchor_of(run), weight,
-                                                 regulariser_of(run), stage.begun, scale);
+  set_function(run, stage);
   stage.optimiser.z = stage.function->coordinates(stage.begun);
   restart(*stage.function, stage.optimiser, [&](Vector& step, Vector& change) {
     stage.function->adopt(*function_before, step, change);
@@ -132,15 +137,20 @@ void begin_weight(FitRun& run, Stage& stage) {
   stage.steps = 0;
   stage.small_decreases = 0;
   record(run, stage, stage.begun);
-  run.save(stage.begun);
+  run.save(stage);
 }
 
 void go_on_with_weight(FitRun& run, Stage& stage) {
   meet_correction(run, stage);
   stage.steps = 0;
-  const CoefficientPair fields = stage.function->fields(stage.optimiser.z);
-  record(run, stage, fields);
-  run.save(fields);
+  record(run, stage, stage.function->fields(stage.optimiser.z));
+  run.save(stage);
+}
+
+void restore_weight(FitRun& run, Stage& stage, StageState saved) {
+  static_cast<StageState&>(stage) = std::move(saved);
+  set_function(run, stage);
+  stage.function->value(stage.optimiser.z);  // what the next step finds solved
 }
 
 Minimum settle(FitRun& run, Stage& stage) {
@@ -151,12 +161,17 @@ Minimum settle(FitRun& run, Stage& stage) {
     const double minimised = stage.chi2;
     return Minimum{minimised, run.renew_correction(run.state.fields)};
   };
-  const Minimum first = round();
+  Minimum minimum = round();
   // Not so where the user fixed the weight from the start, as [W] does.
   const bool may_go_on = !run.fixed_weight() || run.context.continued.has_value();
-  if (!may_go_on || !is_taken_back(run.options.path, first, run.grid.level() == 0)) return first;
-  go_on_with_weight(run, stage);
-  return round();
+  if (!stage.again && may_go_on &&
+      is_taken_back(run.options.path, minimum, run.grid.level() == 0)) {
+    stage.again = true;
+    go_on_with_weight(run, stage);
+    minimum = round();
+  }
+  stage.again = false;
+  return minimum;
 }
 
 double shared_error(const Problem& problem) {

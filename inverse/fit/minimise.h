@@ -14,23 +14,23 @@ namespace kappamu::inverse {
 
 /// One weight on the open grid; the next one of that grid begins from this, so that what was
 /// learned of the Hessian goes on.
-struct Stage {
-  CoefficientPair begun;  ///< where the weight was begun
-  LateralBlocks blocks;   ///< the data's Hessian there, by the fields
+struct Stage : StageState {
   std::unique_ptr<Basis> basis;
   std::unique_ptr<FitFunction> function;
-  OptimiserState optimiser;
-  double chi2 = 0.0;            ///< per value now
-  double corrected_chi2 = 0.0;  ///< per value where r was made
-  int steps = 0;                ///< taken since the weight was begun or r renewed
-  int small_decreases = 0;      ///< in a row
-  bool ran_out = false;         ///< of steps, before the minimum
+  bool ran_out = false;  ///< of steps, before the minimum
 };
 
 /// The metric and the function of the run's weight, from the run's fields.
 void begin_weight(FitRun& run, Stage& stage);
 /// The same weight, from where it has come to, with r renewed.
 void go_on_with_weight(FitRun& run, Stage& stage);
+
+/// The run's weight as it was when `saved`, by the r it then had, which the objective has. Throws
+/// InternalError where no metric can be made of it.
+void restore_weight(FitRun& run, Stage& stage, StageState saved);
+/// From the newest checkpoint that can be used (fit_state.cpp): grid, r and `stage` are what they
+/// were, to the same bits and counts; false where there is none. What could not be used is told of.
+bool resume(FitRun& run, Stage& stage);
 
 /// To the minimum, r renewed there; once more where that takes it back. The run's fields are then
 /// the volume found.

@@ -70,7 +70,7 @@ class FitStage {
  private:
   /// Of the fit that is validated, and of what follows with all patterns.
   std::array<CheckpointFiles, 2> checkpoint_files(const std::string& name) const {
-    const std::size_t most = inverse::most_checkpoint_bytes(measurements_);
+    const std::size_t most = inverse::most_checkpoint_bytes(measurements_, options_.fit);
     return {CheckpointFiles(output_ / ("checkpoint_" + name + ".bin"), most),
             CheckpointFiles(output_ / ("checkpoint_all_" + name + ".bin"), most)};
   }

@@ -184,7 +184,14 @@ void read_checkpoint(Bytes bytes) {
 void seed_checkpoint(const fs::path& seeds) {
   inverse::FitState state;
   state.weight = 3000.0;
-  state.fields = {{0.1, 0.2}, {0.3, 0.4}};
+  state.fields = state.stage.begun = {{0.1, 0.2}, {0.3, 0.4}};
+  state.stage.blocks.push_back(Eigen::MatrixXd::Identity(2, 2));
+  inverse::OptimiserState& optimiser = state.stage.optimiser;
+  optimiser.z = optimiser.gradient = {1.0, 2.0, 3.0, 4.0};
+  optimiser.steps.push_back({1.0F, 2.0F, 3.0F, 4.0F});
+  optimiser.changes = optimiser.steps;
+  optimiser.products.resize(1);
+  state.correction = {{0.5}};
   state.report.history.emplace_back();
   state.report.warnings.emplace_back("a warning");
   state.report.model.trials.emplace_back();

@@ -2,10 +2,6 @@
 // (tests/cases/inverse_case.h).
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "inverse/fit/fit.h"
 #include "tests/cases/inverse_case.h"
 #include "tests/inverse/inverse_cases.h"
@@ -38,20 +34,6 @@ inline ChannelFit fit(const SurfaceMeasurements& measurements, const FitOptions&
                       const Checkpoint& checkpoint = {}) {
   Progress silent;
   return fit_channel(measurements, 0, options, checkpoint, silent);
-}
-
-template <class Values>
-double rms_log_ratio(const Values& a, const Values& b) {
-  double squares = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(std::log(a[i] / b[i]), 2);
-  return std::sqrt(squares / static_cast<double>(a.size()));
-}
-
-/// As two fits from different starts do, whose light differs by less than the data's relative
-/// `noise`.
-inline void expect_same_answer(const ChannelFit& a, const ChannelFit& b, double noise) {
-  EXPECT_LT(rms_log_ratio(a.prediction, b.prediction), noise);
-  EXPECT_LT(rms_log_ratio(a.medium.kappa, b.medium.kappa), 0.2);
 }
 
 }  // namespace kappamu::inverse::cases

@@ -1,5 +1,5 @@
 // A fit whose r carries transport's answer: its gradient, where it ends, how soon, and that it goes
-// on from a checkpoint to the same answer. Data are Monte Carlo's with seeds that the fit does not
+// on from a checkpoint to the same bits. Data are Monte Carlo's with seeds that the fit does not
 // draw.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -199,11 +199,12 @@ TEST_F(TransportFit, AutoTakesTransportWhereItFindsAnotherBlock) {
   EXPECT_TRUE(transport.physics_reason.empty()) << "nothing was to decide";
 }
 
-TEST_F(TransportFit, KilledAnywhereItEndsInTheSameAnswer) {
+TEST_F(TransportFit, KilledAnywhereItEndsInTheSameBits) {
   const test_cases::Block block = small_block(8, 0.05);
   const SurfaceMeasurements m =
       photons_of(block, test_cases::structured_block(0.2, 0.05, 1.0, 1), 24);
-  const FitOptions options = by(Physics::transport, Model::volume);
+  FitOptions options = by(Physics::transport, Model::volume);
+  options.path.stage_steps = 3;
   const ChannelFit whole = cases::fit(m, options);
   EXPECT_EQ(whole.report.physics, Physics::transport);
   struct Killed {};
@@ -216,7 +217,7 @@ TEST_F(TransportFit, KilledAnywhereItEndsInTheSameAnswer) {
     checkpoint.load = cases::once(saved);
     checkpoint.save = [&, saves = 0](std::span<const std::byte> bytes) mutable {
       saved.assign(bytes.begin(), bytes.end());
-      if (++saves == 40) throw Killed{};
+      if (++saves == 6) throw Killed{};
     };
     try {
       resumed = cases::fit(m, options, checkpoint);
@@ -225,8 +226,11 @@ TEST_F(TransportFit, KilledAnywhereItEndsInTheSameAnswer) {
       ++kills;
     }
   }
-  EXPECT_GT(kills, 0);
-  cases::expect_same_answer(whole, resumed, block.noise);
+  EXPECT_GT(kills, 1);
+  EXPECT_EQ(whole.medium.kappa.values(), resumed.medium.kappa.values());
+  EXPECT_EQ(whole.medium.mu.values(), resumed.medium.mu.values());
+  EXPECT_EQ(whole.prediction, resumed.prediction);
+  EXPECT_EQ(whole.report.solves.photons, resumed.report.solves.photons);
 }
 
 TEST_F(TransportFit, NeedsTheGridCorrectionAndThePhysicalConvention) {
