@@ -37,8 +37,7 @@ void bind_volumes(py::module_& module);
 class KeyedError : public InputError {
  public:
   KeyedError(std::string of, const std::string& sentence)
-      : InputError(sentence), key(std::move(of)) {}
-  std::string key;
+      : InputError(sentence, {{std::move(of)}}) {}
 };
 
 /// Bytes that arguments were copied in, because of their type or layout or because the library owns

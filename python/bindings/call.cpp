@@ -18,7 +18,7 @@ using Keys = std::map<std::string, std::string>;  ///< of a fit's options by the
 Keys keys_of_fit() {
   Keys keys;
   pipeline::FitStageOptions options;
-  pipeline::describe(options, [&keys](const inverse::Option& option, auto&...) {
+  pipeline::describe(options, [&keys](const Option& option, auto&...) {
     const std::string flags = option.flag;
     if (!flags.empty()) keys[flags.substr(0, flags.find(','))] = option.name;
   });

@@ -20,10 +20,8 @@ void raise_input_error(const char* sentence, const std::string& key) {
 void translate(std::exception_ptr exception) {
   try {
     if (exception) std::rethrow_exception(exception);
-  } catch (const KeyedError& error) {
-    raise_input_error(error.what(), error.key);
   } catch (const InputError& error) {
-    raise_input_error(error.what(), "");
+    raise_input_error(error.what(), error.options().empty() ? "" : error.options().front().key);
   } catch (const Cancelled& error) {
     PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
   }
