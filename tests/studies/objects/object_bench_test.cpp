@@ -14,6 +14,7 @@
 #include "core/mesh/shapes.h"
 #include "forward/registry.h"
 #include "studies/objects/object_case.h"
+#include "studies/objects/object_measurement.h"
 #include "studies/objects/object_reference.h"
 #include "tests/sentence.h"
 #include "tests/studies/bench_tools.h"
