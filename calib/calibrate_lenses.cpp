@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -183,7 +184,13 @@ void check_held(const KnownLens& known, const std::vector<BoardView>& views,
       calibrate_camera(views, board.square_mm, camera.lens.width, camera.lens.height);
   constexpr double suspicious = 1.5;
   constexpr double margin_px = 0.05;
-  if (camera.rms_px <= suspicious * own.rms_px + margin_px) return;
+  // Boards that are seen nearly from the front hide a wrong focal length in their distance.
+  constexpr double significant = 5.0;
+  constexpr double least_share = 0.01;
+  const double off = std::abs(own.lens.fx - camera.lens.fx);
+  const bool other_focus =
+      off > significant * own.standard_deviation(0) && off > least_share * own.lens.fx;
+  if (!other_focus && camera.rms_px <= suspicious * own.rms_px + margin_px) return;
   stages.warn(known.file.string() + ": the lens held leaves " +
               shown_number(camera.rms_px, "%.2f") + " px of the boards' corners, one fitted to " +
               "them (fx " + shown_number(own.lens.fx, "%.1f") + " for " +

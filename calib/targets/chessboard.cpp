@@ -185,8 +185,9 @@ std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int
   const ScaledPicture picture(bytes, reduction(bytes, searched_px));
   constexpr int fewest = 3;
   std::vector<cv::Size> sizes;
-  for (int i = -1; i <= 1 && which == Sizes::all; ++i) {
-    for (int j = -1; j <= 1; ++j) {
+  const int least = which == Sizes::all ? -1 : 0;
+  for (int i = least; i <= 1; ++i) {
+    for (int j = least; j <= 1; ++j) {
       if (columns + i >= fewest && rows + j >= fewest && (i != 0 || j != 0)) {
         sizes.emplace_back(columns + i, rows + j);
       }

@@ -262,6 +262,7 @@ Session import_session(const ImportOptions& options, Progress& progress) {
   check_settings(photographs);
   Session session = plan;
   session.folder = options.out;
+  session.source.clear();  // the camera is the photographs', not the plan's
   if (read_camera(photographs.front().path, session.camera) == 1 && session.channels.size() > 1) {
     session.channels = {"Y"};
     progress.warn("the photographs are grey: the session has one channel, Y.");

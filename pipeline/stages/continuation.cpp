@@ -52,7 +52,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
 const fs::path& FinishedFit::present_input() const {
   if (fs::exists(input_)) return input_;
   throw InputError(folder_.string() + ": was fitted to " + input_.string() +
-                   ", which is no longer there; name the input's place now");
+                   ", which is no longer there; name its present place as INPUT");
 }
 
 void FinishedFit::set_options(FitStageOptions& options) const {

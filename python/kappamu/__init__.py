@@ -9,7 +9,7 @@ Lengths are mm. Arrays are [z][y][x] in C order, x fastest; maps of a face are [
 sentence and the key of the argument. docs/python.md.
 """
 from . import commands
-from .commands import (Answer, bench, calibrate, chart, doctor, edit, export, import_, merge, plan, report, score, simulate,
+from .commands import (Answer, bench, calibrate, chart, doctor, edit, export, import_, map, merge, plan, report, score, simulate,
                        verify)
 from .errors import InputError, KappamuWarning, NotConverged
 from .fitting import Fit, fit, fit_options, read_fit

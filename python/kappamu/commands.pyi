@@ -206,6 +206,14 @@ def fit(
     seed: int | None = ...,
     progress: _Progress = ...,
 ) -> Answer: ...
+def map(
+    pictures: _Word,
+    out: _Word,
+    *,
+    device: _Word | None = ...,
+    seed: int | None = ...,
+    progress: _Progress = ...,
+) -> Answer: ...
 def edit(
     volume: _Word,
     recipe: _Word,
@@ -232,6 +240,9 @@ def render(
     *,
     new_scene: _Word | None = ...,
     polycube: _Word | None = ...,
+    model: _Word | None = ...,
+    parameter: _Word | _Sequence | None = ...,
+    model_schema: bool | None = ...,
     device: _Word | None = ...,
     seed: int | None = ...,
     progress: _Progress = ...,
@@ -240,6 +251,7 @@ def view(
     scene: _Word,
     *,
     model: _Word | None = ...,
+    parameter: _Word | _Sequence | None = ...,
     tolerance: float | None = ...,
     width: int | None = ...,
     script: _Word | None = ...,

@@ -117,7 +117,7 @@ TEST_F(ForwardCommand, AutoTakesDiffusionWhereItHoldsAndWalksWhereItDoesNot) {
       kappamu(block("z-", "--method auto --model-tolerance 0.01 --photons 2000"));
   EXPECT_THAT(few.standard_error, HasSubstr("no model is expected to answer within"));
   EXPECT_THAT(kappamu(block("z-", "--method auto --convention wang2008")).standard_error,
-              HasSubstr("leave out --convention wang2008"));
+              HasSubstr("--convention physical"));
 }
 
 TEST_F(ForwardCommand, UnknownMethodIsUsageErrorAndHelpListsThem) {

@@ -167,7 +167,7 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   expect_one_sentence(kappamu(onward + " --hold-out 0,1"), "cannot be held out now");
   expect_one_sentence(kappamu("fit --continue " + (folder() / "a").string()), "no fit.json");
   fs::rename(folder() / "a", folder() / "moved");
-  expect_one_sentence(kappamu(onward), "no longer there; say where it is now: kappamu fit INPUT");
+  expect_one_sentence(kappamu(onward), "no longer there; name its present place as INPUT");
 }
 
 TEST_F(RunTest, AnotherSessionIsRefused) {

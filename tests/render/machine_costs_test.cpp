@@ -55,7 +55,7 @@ TEST_F(MachineCosts, RefuseDamagedFilesInASentence) {
        R"({"format": "kappamu-model-costs", "version": 1, "device": "auto", "costs": 3})"}) {
     write(text);
     EXPECT_THAT(sentence_of([] { read_machine_costs("auto"); }),
-                testing::AllOf(testing::HasSubstr("doctor --measure"),
+                testing::AllOf(testing::HasSubstr("kappamu doctor"),
                                testing::Not(testing::HasSubstr("json.exception"))))
         << text;
   }

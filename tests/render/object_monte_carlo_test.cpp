@@ -275,7 +275,7 @@ TEST(ObjectMonteCarlo, WhatCannotBeFollowedIsRefused) {
   EXPECT_THAT(sentence_of([&] { traced(object.problem(black, 1.3, lights), 100); }),
               HasSubstr("3 kappa mu > 1"));
   EXPECT_THAT(sentence_of([&] { traced(object.problem(fine, 1.3, lights), 1); }),
-              HasSubstr("photons per light is 1"));
+              HasSubstr("photons must lie in [2, "));
   EXPECT_THAT(sentence_of([&] { traced(object.problem(fine, 0.5, lights), 100); }),
               HasSubstr("eta"));
   lights[0].diffuse[3] = -1.0;

@@ -142,7 +142,7 @@ TEST_F(RealRawStack, AnotherWhiteLevelOrACurveIsRefused) {
   EXPECT_THAT(
       sentence_of([&] { load_frame(session, frame); }),
       testing::AllOf(testing::HasSubstr("colorchart.dng: the sensor saturates at code 15000"),
-                     testing::HasSubstr("camera.white_level = 16000; write 15000 there.")));
+                     testing::HasSubstr("another photograph at 16000; give photographs of one")));
   session.camera.encoding = Encoding::response;
   EXPECT_THAT(sentence_of([&] { load_frame(session, frame); }),
               testing::HasSubstr("this RAW frame is linear"));

@@ -78,7 +78,7 @@ TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
             HasSubstr("from byte 4 on have 2404")));
   session.camera.raw_layout->offset = 5;
   session.camera.raw_layout->big_endian = false;
-  EXPECT_THAT(error_of("a.raw"), HasSubstr("camera.bit_depth = 12"));
+  EXPECT_THAT(error_of("a.raw"), HasSubstr("another photograph has bits: 12"));
   write_text(path("b.raw"), std::string(1200, '\x81'));
   session.camera.bit_depth = 8;
   session.camera.raw_layout = io::RawLayout{8, false, 0, {}};
@@ -118,10 +118,13 @@ TEST_F(Frames, AWrongSizedFrameIsNamedWithBothSizes) {
 TEST_F(Frames, AWrongNumberOfChannelsIsNamed) {
   io::write_image(path("grey.png"), Image<std::uint16_t>(40, 30, 1, 9));
   EXPECT_THAT(error_of("grey.png"),
-              HasSubstr("the frame has 1 channels, the session has 3 in channels"));
+              HasSubstr("the frame has 1 channels, the other photographs have 3"));
+  write_text(path("session.json"), "{}");
+  EXPECT_THAT(error_of("grey.png"), HasSubstr("session.json lists 3 in channels"));
 }
 
 TEST_F(Frames, CodesBeyondTheBitDepthAreToldWithTheFix) {
+  write_text(path("session.json"), "{}");
   io::write_image(path("shifted.png"), Image<std::uint16_t>(40, 30, 3, 4096));
   EXPECT_THAT(error_of("shifted.png"),
               AllOf(HasSubstr("holds code 4096"), HasSubstr("camera.bit_depth = 12"),
