@@ -53,7 +53,7 @@ const std::vector<Bound> bounds{
     {"front-lit, half the face masked", 2e-3, "50 % of the seen face is measured under no pattern"},
     {"1 % of outliers", {}, "fit with the loss student, which is robust to outliers"},
     {"1 % of outliers, --loss student", 8e-4},
-    {"all dark", {}, "the channel is dark; check exposure and variance, or fit the others"},
+    {"all dark", {}, "the channel is dark; check exposure and variance, or fit the other channels"},
     {"voxels of 0.13 mean free paths", 3e-3, "", "light carries no structure finer than that"},
 };
 
