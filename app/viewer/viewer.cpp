@@ -8,11 +8,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <utility>
 
 #include "app/viewer/answers.h"
 #include "app/viewer/canvas.h"
+#include "app/viewer/interrupt.h"
 #include "app/viewer/panel.h"
 #include "app/viewer/photographs.h"
 #include "app/viewer/script.h"
@@ -58,30 +58,13 @@ ViewState first_state(const render::Scene& scene, const render::LiveScene& live)
   return state;
 }
 
-volatile std::sig_atomic_t interrupt_signal = 0;
-
-/// Ctrl-C asks the window to end, as long as this lives.
-class InterruptWatch {
- public:
-  InterruptWatch() {
-    interrupt_signal = 0;
-    before_ = std::signal(SIGINT, [](int) { interrupt_signal = 1; });
-  }
-  ~InterruptWatch() { std::signal(SIGINT, before_); }
-  InterruptWatch(const InterruptWatch&) = delete;
-  InterruptWatch& operator=(const InterruptWatch&) = delete;
-  bool happened() const { return interrupt_signal != 0; }
-
- private:
-  void (*before_)(int);
-};
-
 class Viewer {
  public:
   Viewer(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options)
       : options_(options),
         commands_(commands_of(options)),
         live_(live),
+        painter_(opened(scene, live.world(), options)),
         models_(render::live_models(live.world())),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
@@ -90,12 +73,10 @@ class Viewer {
                 options.script ? WindowKind::hidden : WindowKind::shown),
         corners_(live.world()),
         canvas_(corners_.geometry()),
-        painter_(scene, live.world()),
         answers_(live) {
     if (options.run) photographs_.emplace(*options.run);
-    if (options.edits && !painter_.editable().empty()) {
+    if (painter_.is_open()) {
       state_.edits = options.edits->string();
-      painter_.open(*options.edits);
       if (!options.script) painter_.keep_unsaved();
       if (painter_.unsaved()) note_ = "edits that were not saved are back; undo takes them away";
     }
@@ -142,6 +123,14 @@ class Viewer {
       if (shot != nullptr) pipeline::require_absent(options.out / shot->name);
     }
     return commands;
+  }
+
+  /// With the edits of earlier windows; refused, too, before there is a window.
+  static Painter opened(const render::Scene& scene, const render::World& world,
+                        const ViewerOptions& options) {
+    Painter painter(scene, world);
+    if (options.edits && !painter.editable().empty()) painter.open(*options.edits);
+    return painter;
   }
 
   void ask() {
@@ -435,6 +424,7 @@ class Viewer {
   ViewerOptions options_;
   std::vector<script::Command> commands_;
   render::LiveScene& live_;
+  Painter painter_;
   std::vector<std::string> models_;
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
@@ -451,7 +441,6 @@ class Viewer {
   double last_frame_ms_ = 0.0;
   std::vector<double> light_ms_, model_ms_, frame_ms_;
   ViewerTimes times_;
-  Painter painter_;
   SliceWindow slices_;
   std::optional<PhotographWindow> photographs_;
   std::string note_, title_;
