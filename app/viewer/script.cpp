@@ -115,6 +115,13 @@ std::vector<Command> read(const std::filesystem::path& file) {
           file.string() + ": line " + std::to_string(number) + ": '" + shown_name(line) +
           "' is no command of a script, or lacks a value; docs/howto/view.md lists them");
     }
+    if (const auto* brush = std::get_if<Brush>(&*command)) {
+      try {
+        require_valid(brush->edit(render::WholeSelection{}));
+      } catch (const InputError& error) {
+        throw InputError(file.string() + ": line " + std::to_string(number) + ": " + error.what());
+      }
+    }
     commands.push_back(*command);
   }
   return commands;

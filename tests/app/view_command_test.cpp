@@ -220,19 +220,19 @@ TEST_F(ViewEdits, ContinuesFromWhatWasSaved) {
 
 TEST_F(ViewEdits, RefusesWhatARecipeOrAFolderCannotHold) {
   const auto refused = [&](const std::string& brush, const std::string& part) {
-    ProcessResult result =
-        view(brush + "\npaint 40 32 56 32\nsave\n", " --edits " + path("edited"));
-    expect_one_sentence(result, part);
+    // Before there is a window.
+    expect_one_sentence(
+        view(brush + "\npaint 40 32 56 32\nsave\n", " --edits " + path("edited"), ""), part);
     EXPECT_FALSE(std::filesystem::exists(folder() / "edited")) << brush;
   };
   const ProcessResult plain = view("quit\n");
   if (plain.standard_error.find("built without its window") != std::string::npos) {
     GTEST_SKIP() << plain.standard_error;
   }
-  refused("brush multiply mu -5 3 4", "mu");
+  refused("brush multiply mu -5 3 4", "script.txt: line 1: this edit: mu is -5");
   refused("brush set kappa 0 3 4", "kappa is 0");
   refused("brush multiply mu 2000000 3 4", "mu");
-  // A folder that cannot be saved into: before there is a window.
+  // A folder that cannot be saved into.
   io::write_text_atomically(folder() / "taken", "a file");
   expect_one_sentence(view("quit\n", " --edits " + path("taken"), ""), "taken");
   // The edits of another volume.

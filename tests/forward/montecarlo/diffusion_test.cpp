@@ -18,6 +18,20 @@ struct StatedError {
   double back, back_map, front, absorbed;
 };
 
+/// The same problem by both methods.
+struct Solved {
+  Solved(const ForwardProblem& problem, std::uint64_t photons) {
+    ForwardOptions options;
+    options.photons = photons;
+    Progress silent;
+    diffusion = make_forward_model("multigrid")->solve(problem, options, silent);
+    transport = make_forward_model("montecarlo")->solve(problem, options, silent);
+    EXPECT_NEAR(transport.balance[0].entering, diffusion.balance[0].entering,
+                1e-6 * diffusion.balance[0].entering);
+  }
+  ForwardResult diffusion, transport;
+};
+
 class MonteCarloReferee : public testing::WithDevice {
  protected:
   /// Means over n × n pixels of a square map.
@@ -49,14 +63,9 @@ class MonteCarloReferee : public testing::WithDevice {
         if (lit) problem.irradiance[static_cast<std::size_t>(y) * width + x] = 0.0625;
       }
     }
-    ForwardOptions options;
-    options.photons = photons;
-    Progress silent;
-    const auto diffusion = make_forward_model("multigrid")->solve(problem, options, silent);
-    const auto transport = make_forward_model("montecarlo")->solve(problem, options, silent);
+    const auto [diffusion, transport] = Solved(problem, photons);
     const PowerBalance& d = diffusion.balance[0];
     const PowerBalance& t = transport.balance[0];
-    EXPECT_NEAR(t.entering, d.entering, 1e-6 * d.entering);
     // Of a chance p per photon; exact where a photon leaves with all its weight, else above.
     const auto noise = [&](double power) {
       return std::sqrt(power / t.entering / static_cast<double>(photons)) * t.entering;
@@ -144,14 +153,9 @@ TEST_F(MonteCarloReferee, BeamsInThinBlocksLeaveAsTransportHasIt) {
       problem.irradiance.assign(63, 0.5);
       if (slant > 0.0)
         problem.light.direction = Eigen::Vector3d(std::sin(slant), 0.3 * slant, std::cos(slant));
-      ForwardOptions options;
-      options.photons = photons;
-      Progress silent;
-      const auto diffusion = make_forward_model("multigrid")->solve(problem, options, silent);
-      const auto transport = make_forward_model("montecarlo")->solve(problem, options, silent);
+      const auto [diffusion, transport] = Solved(problem, photons);
       const PowerBalance& d = diffusion.balance[0];
       const PowerBalance& t = transport.balance[0];
-      EXPECT_NEAR(t.entering, d.entering, 1e-6 * d.entering);
       const double share = d.unscattered / d.entering;
       const double noise = std::sqrt(share * (1.0 - share) / static_cast<double>(photons));
       // Sixteen rays stand for the light of an oblique beam's voxel.
