@@ -51,14 +51,6 @@ struct Option {
 using OptionReference = std::variant<bool*, int*, double*, std::uint64_t*, std::string*>;
 using OptionVisitor = std::function<void(const Option&, OptionReference)>;
 
-/// A visitor of the kind above; refers to `visit`.
-template <class Visitor>
-OptionVisitor option_visitor(Visitor& visit) {
-  return [&visit](const Option& option, OptionReference reference) {
-    std::visit([&](auto* value) { visit(option, *value); }, reference);
-  };
-}
-
 /// Values by name, as files and command lines give them.
 using OptionValue = std::variant<bool, double, std::string>;
 using OptionValues = std::map<std::string, OptionValue, std::less<>>;
