@@ -87,8 +87,8 @@ inline constexpr double pilot_noise = 0.15;
 /// What volumes by transport are themselves right to (docs/limits.md).
 inline constexpr double tolerated_kappa = 0.05;
 inline constexpr double tolerated_mu = 0.15;
-/// An error of so much of a deviation hardly adds to it.
-inline constexpr double hardly = 0.5;
+/// An error of so much of a deviation adds little to it.
+inline constexpr double negligible_deviations = 0.5;
 }  // namespace physics_choice
 
 namespace consistency {  // data_checks/consistency.h

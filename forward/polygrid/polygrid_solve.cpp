@@ -68,7 +68,7 @@ class PolygridSolve {
       Polygrid halved = split(grid, problems_[0].mesh);
       Resolution fine = solved(halved);
       const double cells_before = cells_, error_before = worst_;
-      judge(*coarse, fine);
+      estimate_errors(*coarse, fine);
       if (worst_ <= options_.tolerance || !fine.report.converged) break;
       if (measured) order = polygrid_order(cells_before, error_before, cells_, worst_);
       needed_ = polygrid_cells_needed(cells_, worst_, aimed_at * options_.tolerance, order);
@@ -122,7 +122,7 @@ class PolygridSolve {
   }
 
   /// Sets the results of the finer one, with its error.
-  void judge(const Resolution& coarse, const Resolution& fine) {
+  void estimate_errors(const Resolution& coarse, const Resolution& fine) {
     worst_ = gap_free_ = 0.0;
     for (std::size_t c = 0; c < problems_.size(); ++c) {
       ObjectResult& result = results_[c];

@@ -69,8 +69,8 @@ PhysicsChoice choose_physics(const Problem& problem, const HomogeneousFit& start
   photons.pilot_noise = pilot_noise;
   refinement.photons = photons;
   const HomogeneousFit transport = refitted(diffusion);
-  const Eigen::Array2d tolerated =
-      (hardly * start.deviation.array()).max(Eigen::Array2d(tolerated_kappa, tolerated_mu));
+  const Eigen::Array2d tolerated = (negligible_deviations * start.deviation.array())
+                                       .max(Eigen::Array2d(tolerated_kappa, tolerated_mu));
   const bool same = ((transport.logs() - diffusion.logs()).array().abs() < tolerated).all();
   return {same ? Physics::diffusion : Physics::transport,
           formatted("The homogeneous block that suits some patterns best has κ %.3g mm and μ "

@@ -98,7 +98,7 @@ void begin_next_grid(FitRun& run) {
 }
 
 /// Down the weights of the finest grid to the one that ends the path. That one is minimised again,
-/// with more patience: those before it only lead there.
+/// to a tighter accuracy: those before it only lead there.
 void descend(FitRun& run, Stage& stage) {
   const PathOptions& path = run.options.path;
   FitState& at = run.state;
@@ -114,18 +114,18 @@ void descend(FitRun& run, Stage& stage) {
     at.weight *= path.weight_factor;
     begin_weight(run, stage);
   }
-  const bool taken_back = at.end == PathEnd::model_error;
-  if (taken_back) {
+  const bool reverted = at.end == PathEnd::model_error;
+  if (reverted) {
     at.fields = stage.begun;
     at.weight /= path.weight_factor;
   }
-  at.last = !run.context.interim && deserves_patience(path, ahead);
-  if (taken_back || (at.last && run.grid.levels().photons())) run.renew_correction(at.fields);
+  at.last = !run.context.interim && needs_tighter_end(path, ahead);
+  if (reverted || (at.last && run.grid.levels().photons())) run.renew_correction(at.fields);
   if (!at.last) return;
-  if (taken_back) {
+  if (reverted) {
     begin_weight(run, stage);
   } else {
-    go_on_with_weight(run, stage);
+    repeat_weight(run, stage);
   }
 }
 
@@ -133,7 +133,8 @@ void descend(FitRun& run, Stage& stage) {
 void follow_path(FitRun& run, Stage& stage) {
   FitState& at = run.state;
   while (run.grid.level() > 0) {
-    // A lower weight on a coarse grid fits the grid's own error, along the valley of κ against μ.
+    // A lower weight on a coarse grid fits the grid's own error, along the weakly determined
+    // direction.
     settle(run, stage);
     begin_next_grid(run);
     stage = Stage{};

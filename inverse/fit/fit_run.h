@@ -36,7 +36,7 @@ struct FitState {
   int level = 0;        ///< of GridLevels, 0 = finest
   bool closer = false;  ///< GridPath::closer()
   double weight = 0.0;  ///< α
-  bool last = false;    ///< this weight ends the fit, with more patience
+  bool last = false;    ///< this weight ends the fit, to a tighter accuracy
   bool finished = false;
   PathEnd end = PathEnd::unknown;
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first

@@ -62,7 +62,7 @@ void record(FitRun& run, const Stage& stage, const CoefficientPair& fields) {
 }
 
 /// With r renewed, but with the metric and what was learned of the Hessian.
-void meet_correction(FitRun& run, Stage& stage) {
+void update_correction(FitRun& run, Stage& stage) {
   stage.optimiser.value = stage.function->value(stage.optimiser.z);
   stage.optimiser.gradient = stage.function->gradient();
   stage.corrected_chi2 = stage.chi2 = run.grid.objective().chi2_per_value();
@@ -97,7 +97,7 @@ void minimise(FitRun& run, Stage& stage) {
     record(run, stage, fields);
     if (correction_is_outdated(run, stage)) {
       run.renew_correction(fields);
-      meet_correction(run, stage);
+      update_correction(run, stage);
     }
     if (run.since_save.seconds() >= run.checkpoint.interval_seconds) run.save(stage);
   }
@@ -147,8 +147,8 @@ void begin_weight(FitRun& run, Stage& stage) {
   run.save(stage);
 }
 
-void go_on_with_weight(FitRun& run, Stage& stage) {
-  meet_correction(run, stage);
+void repeat_weight(FitRun& run, Stage& stage) {
+  update_correction(run, stage);
   stage.steps = 0;
   record(run, stage, stage.function->fields(stage.optimiser.z));
   run.save(stage);
@@ -174,7 +174,7 @@ Minimum settle(FitRun& run, Stage& stage) {
   if (!stage.again && may_go_on &&
       is_taken_back(run.options.path, minimum, run.grid.level() == 0)) {
     stage.again = true;
-    go_on_with_weight(run, stage);
+    repeat_weight(run, stage);
     minimum = round();
   }
   stage.again = false;

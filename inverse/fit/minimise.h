@@ -23,13 +23,14 @@ struct Stage : StageState {
 /// The metric and the function of the run's weight, from the run's fields.
 void begin_weight(FitRun& run, Stage& stage);
 /// The same weight, from where it has come to, with r renewed.
-void go_on_with_weight(FitRun& run, Stage& stage);
+void repeat_weight(FitRun& run, Stage& stage);
 
 /// The run's weight as it was when `saved`, by the r it then had, which the objective has. Throws
 /// InternalError where no metric can be made of it.
 void restore_weight(FitRun& run, Stage& stage, StageState saved);
 /// From the newest checkpoint that can be used (fit_state.cpp): grid, r and `stage` are what they
-/// were, to the same bits and counts; false where there is none. What could not be used is told of.
+/// were, to the same bits and counts; false where there is none. What could not be used is
+/// reported.
 bool resume(FitRun& run, Stage& stage);
 
 /// To the minimum, r renewed there; once more where that takes it back. The run's fields are then

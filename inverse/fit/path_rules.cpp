@@ -68,7 +68,7 @@ PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& mi
   return weight * options.weight_factor < options.last_weight ? PathEnd::lowest : PathEnd::unknown;
 }
 
-bool deserves_patience(const PathOptions& options, const std::optional<Outlook>& outlook) {
+bool needs_tighter_end(const PathOptions& options, const std::optional<Outlook>& outlook) {
   return options.final_tolerance < options.stage_tolerance && (!outlook || outlook->patience_gains);
 }
 

@@ -56,7 +56,7 @@ PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& mi
                     const std::optional<Outlook>& outlook, const WeightBefore& before);
 
 /// Whether the weight that ends the path is minimised once more, to final_tolerance.
-bool deserves_patience(const PathOptions& options, const std::optional<Outlook>& outlook);
+bool needs_tighter_end(const PathOptions& options, const std::optional<Outlook>& outlook);
 
 /// Relative decrease per step below which a minimum is found.
 double tolerance(const PathOptions& options, bool last);

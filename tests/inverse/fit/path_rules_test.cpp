@@ -97,11 +97,11 @@ TEST_F(PathRules, GoesOnWhileAnOctaveIsFurtherOffThanChance) {
 TEST_F(PathRules, PatienceIsForTheLastWeightWhereItIsAskedForAndGains) {
   EXPECT_EQ(tolerance(options, false), 1e-3);
   EXPECT_EQ(tolerance(options, true), 1e-4);
-  EXPECT_TRUE(deserves_patience(options, unknown));
-  EXPECT_FALSE(deserves_patience(options, Outlook{left, 1.1, false}))
+  EXPECT_TRUE(needs_tighter_end(options, unknown));
+  EXPECT_FALSE(needs_tighter_end(options, Outlook{left, 1.1, false}))
       << "what it would explain may be errors that pixels share";
   options.final_tolerance = options.stage_tolerance;
-  EXPECT_FALSE(deserves_patience(options, unknown));
+  EXPECT_FALSE(needs_tighter_end(options, unknown));
 }
 
 TEST_F(PathRules, AFixedWeightEndsItsPath) {
