@@ -80,6 +80,16 @@ Html wavelength_section(const sfdi::WavelengthMap& map) {
   return section(shown_number(map.wavelength_nm) + " nm", content);
 }
 
+Html spectral_section(const sfdi::Maps& maps) {
+  if (maps.spectral.empty()) return {};
+  Html content;
+  for (const sfdi::SpectralMap& map : maps.spectral) {
+    content += row({map_figure(map.value, map.name, map.unit),
+                    map_figure(map.deviation, "standard deviation of " + map.name, map.unit)});
+  }
+  return section("All wavelengths together", content);
+}
+
 }  // namespace
 
 void write_map_picture(const sfdi::Maps& maps, const std::filesystem::path& file) {
@@ -107,6 +117,7 @@ void write_map_page(const sfdi::Maps& maps, const std::filesystem::path& file) {
   Html content = element("h1", text("kappamu map"));
   for (const std::string& warning : maps.warnings) content += paragraph(warning);
   for (const sfdi::WavelengthMap& map : maps.wavelengths) content += wavelength_section(map);
+  content += spectral_section(maps);
   content += note(
       "Grey pixels are not valid. Colours reach from the second to the 98th of a "
       "hundred pixels in order.");

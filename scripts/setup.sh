@@ -9,7 +9,7 @@ build_packages=(
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
   libceres-dev libopenimageio-dev libpng-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
-  libraw-dev libembree-dev libxxhash-dev
+  libraw-dev libmatio-dev libembree-dev libxxhash-dev
   libglfw3-dev libimgui-dev libepoxy-dev pkg-config libgl1-mesa-dri
   libcli11-dev nlohmann-json3-dev
   python3-dev python3-venv pybind11-dev

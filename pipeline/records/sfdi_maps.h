@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "inverse/lateral/lateral_fit.h"
 
 namespace kappamu::pipeline::sfdi {
+
+/// Value of a pixel that is not valid.
+inline constexpr float not_valid = std::numeric_limits<float>::quiet_NaN();
 
 /// Where deviations come from.
 enum class Part { noise, pictures, phantom, medium, table };
@@ -48,8 +52,17 @@ struct WavelengthMap {
   std::optional<RegionMean> region;
 };
 
+/// A quantity by pixel that all wavelengths together give; not a number where one is not valid.
+struct SpectralMap {
+  std::string name;  ///< of its files: "hbo2", "saturation", "scattering_500nm", ...
+  std::string unit;  ///< "" of a ratio
+  Image<float> value, deviation;
+};
+
 struct Maps {
   std::vector<WavelengthMap> wavelengths;
+  std::vector<SpectralMap> spectral;
+  std::optional<double> chi_square;  ///< of the absorbers: median per degree of freedom
   std::vector<std::string> warnings;
 };
 

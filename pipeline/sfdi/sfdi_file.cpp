@@ -7,6 +7,7 @@
 #include "core/shown_text.h"
 #include "forward/lateral/lateral_reflectance.h"
 #include "io/json_fields.h"
+#include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -47,6 +48,12 @@ void describe(Fields& fields, Errors& e) {
 }
 
 template <class Fields>
+void describe(Fields& fields, Spectra& s) {
+  fields("absorbers", s.absorbers);
+  fields.optional("file", s.file);
+}
+
+template <class Fields>
 void describe(Fields& fields, Pictures& p) {
   fields("wavelength_nm", p.wavelength_nm);
   fields("per_mm", p.per_mm);
@@ -70,6 +77,7 @@ void describe(Fields& fields, Description& d) {
   fields("medium", d.medium);
   fields("reference", d.reference);
   fields("errors", d.errors);
+  fields("spectra", d.spectra);
   fields("measurements", d.measurements);
 }
 
@@ -193,6 +201,7 @@ Description read_description(const std::filesystem::path& folder_or_file) {
                        " nm; even light alone does not tell absorption from "
                        "scattering");
   }
+  check_spectra(d);
   return d;
 }
 

@@ -58,6 +58,15 @@ struct Pictures {
   std::optional<std::string> dark;     ///< subtracted from all of them
 };
 
+/// Absorbers whose amounts are fitted to μa of all wavelengths.
+struct Spectra {
+  /// Of core/chromophores.h, or columns of `file`.
+  std::vector<std::string> absorbers;
+  /// CSV with a column wavelength_nm and one by absorber: absorption of one unit [1/mm]. Empty:
+  /// tables of core/chromophores.h.
+  std::string file;
+};
+
 struct Description {
   std::filesystem::path folder;
   double pixel_mm = 0.0;
@@ -70,6 +79,7 @@ struct Description {
   Medium medium;
   std::optional<Reference> reference;
   std::optional<Errors> errors;
+  std::optional<Spectra> spectra;
   std::vector<Pictures> measurements;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "core/error.h"
@@ -10,6 +9,7 @@
 #include "core/shown_text.h"
 #include "pipeline/sfdi/calibration.h"
 #include "pipeline/sfdi/sfdi_ratios.h"
+#include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -26,7 +26,6 @@ constexpr double reported_stripes = 0.02;
 constexpr double reported_frequency = 0.02;
 // Weight of a pixel without noise of its own, relative.
 constexpr double least_deviation = 1e-4;
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 /// Standard deviations [1/mm], [1/mm] and of κ = 1/(3(μa + σs')) [mm].
 struct Deviations {
@@ -72,7 +71,7 @@ class Mapper {
 
   WavelengthMap map() {
     const int width = ratios_.front().value.width(), height = ratios_.front().value.height();
-    const Image<float> unset(width, height, 1, not_a_number);
+    const Image<float> unset(width, height, 1, not_valid);
     map_.mua = map_.musp = map_.kappa = unset;
     map_.mua_deviation = map_.musp_deviation = map_.kappa_deviation = unset;
     map_.verdict = Image<std::uint8_t>(width, height, 1);
@@ -254,6 +253,7 @@ Maps measure_maps(const Description& description, Progress& progress) {
     maps.wavelengths.push_back(Mapper(description, wavelength).map());
     add_warnings(maps.wavelengths.back(), maps.warnings);
   }
+  add_spectra(description, maps);
   return maps;
 }
 

@@ -8,6 +8,7 @@
 #include "core/shown_text.h"
 #include "io/image/exr.h"
 #include "io/npy.h"
+#include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -76,9 +77,13 @@ Json wavelength_json(const WavelengthMap& map) {
 
 }  // namespace
 
-std::vector<std::string> map_files() {
+std::vector<std::string> map_files(const Description& description) {
   std::vector<std::string> files{"maps.exr", "verdict.npy", "summary.json"};
   for (const auto& [name, member] : members()) files.push_back(name + ".npy");
+  for (const std::string& name : spectral_names(description)) {
+    files.push_back(name + ".npy");
+    files.push_back(name + "_deviation.npy");
+  }
   return files;
 }
 
@@ -106,6 +111,14 @@ void write_maps(const Maps& maps, const std::filesystem::path& folder) {
     exr.channels["nm" + shown_number(map.wavelength_nm) + ".verdict"].assign(values.begin(),
                                                                              values.end());
   }
+  for (const SpectralMap& map : maps.spectral) {
+    for (const auto& [name, image] :
+         {std::pair{map.name, &map.value}, std::pair{map.name + "_deviation", &map.deviation}}) {
+      exr.channels["spectral." + name] = image->values();
+      io::write_npy(folder / (name + ".npy"), {shape[1], shape[2]},
+                    std::span<const float>(image->values()));
+    }
+  }
   io::write_npy(folder / "verdict.npy", shape, std::span<const std::uint8_t>(verdicts));
   io::write_exr(folder / "maps.exr", exr);
 }
@@ -121,6 +134,12 @@ Json summary_of(const Maps& maps, const Description& description, double seconds
   for (const WavelengthMap& map : maps.wavelengths) {
     json["wavelengths"].push_back(wavelength_json(map));
   }
+  for (const SpectralMap& map : maps.spectral) {
+    json["spectral"][map.name] = {{"unit", map.unit},
+                                  {"value", quantiles(map.value)},
+                                  {"deviation", quantiles(map.deviation)}};
+  }
+  if (maps.chi_square) json["chi_square_per_degree_of_freedom"] = *maps.chi_square;
   json["warnings"] = maps.warnings;
   json["seconds"] = seconds;
   return json;

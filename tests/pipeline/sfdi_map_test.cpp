@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 #include <string>
 
+#include "core/chromophores.h"
 #include "core/random.h"
 #include "io/npy.h"
 #include "tests/own_folder.h"
@@ -119,6 +121,57 @@ TEST(SfdiMap, NoiseDeviationsAreTheSpreadOverPixels) {
   const auto noise = m.parts[static_cast<std::size_t>(Part::noise)];
   EXPECT_NEAR(region.spread[0] / (noise[0] * tissue.mua), 1.0, 0.15);
   EXPECT_NEAR(region.spread[1] / (noise[1] * tissue.musp), 1.0, 0.15);
+}
+
+/// A sample of haemoglobin, water and a law of scattering at four wavelengths, on an absolute
+/// scale.
+TEST(SfdiMap, SeveralWavelengthsGiveAmountsSaturationAndTheLawOfScattering) {
+  const OwnFolder folder;
+  constexpr double oxygenated = 45.0, without = 15.0, water = 0.6, at_500nm = 1.6, exponent = 1.1;
+  std::string measurements;
+  for (const int nm : {560, 660, 850, 970}) {
+    const double mua = oxygenated * chromophore_absorption(Chromophore::hbo2, nm) +
+                       without * chromophore_absorption(Chromophore::hb, nm) +
+                       water * chromophore_absorption(Chromophore::water, nm);
+    const Sample sample{mua, at_500nm * std::pow(nm / 500.0, -exponent)};
+    std::string files;
+    for (const int degrees : {0, 120, 240}) {
+      const std::string name = std::to_string(nm) + "_" + std::to_string(degrees) + ".npy";
+      draw(folder / name, sample, degrees, frequency, 0.0, 1);
+      files += (files.empty() ? "\"" : ", \"") + name + "\"";
+    }
+    measurements += (measurements.empty() ? "" : ", ") + std::string(R"({"wavelength_nm": )") +
+                    std::to_string(nm) + R"(, "per_mm": 0.2, "sample": [)" + files + "]}";
+  }
+  const std::string scale = R"("codes_per_reflectance": 500)";
+  const Maps maps =
+      map(folder, measurements, scale, R"("spectra": {"absorbers": ["hbo2", "hb", "water"]}, )");
+  const int x = side - 1;  // where the shade is nearly 1
+  const auto near = [&](const std::string& name, double truth, double relative) {
+    const auto found = std::find_if(maps.spectral.begin(), maps.spectral.end(),
+                                    [&](const SpectralMap& map) { return map.name == name; });
+    ASSERT_NE(found, maps.spectral.end()) << name;
+    EXPECT_NEAR(found->value(x, 40) / truth, 1.0, relative) << name;
+  };
+  near("hbo2", oxygenated, 0.03);
+  near("hb", without, 0.03);
+  near("water", water, 0.03);
+  near("saturation", oxygenated / (oxygenated + without), 0.01);
+  near("scattering_500nm", at_500nm, 0.02);
+  near("scattering_exponent", exponent, 0.02);
+
+  const auto refused = [&](const std::string& spectra, const std::string& part) {
+    const std::string sentence =
+        sentence_of([&] { map(folder, measurements, scale, R"("spectra": {)" + spectra + "}, "); });
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find(file_name), std::string::npos) << sentence;
+  };
+  refused(R"("absorbers": ["hbo2", "gold"])", "'gold' is no absorber");
+  refused(R"("absorbers": ["hbo2", "hbo2"])", "alike");
+  refused(R"("absorbers": ["hbo2", "hb", "water", "fat", "melanin"])", "for 4 wavelengths");
+  refused(R"("absorbers": ["../x"])", "small letters");
+  std::ofstream(folder / "ink.csv") << "wavelength_nm,ink\n500,0.1\n900,0.2\n";
+  refused(R"("absorbers": ["ink"], "file": "ink.csv")", "does not reach 970 nm");
 }
 
 TEST(SfdiMap, SaturatedPixelsAreLeftOutAndCounted) {
