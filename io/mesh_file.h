@@ -34,8 +34,9 @@ struct FileMesh {
   std::string where(int triangle) const;
 };
 
-/// All meshes of all nodes, placed as the nodes say; polygons as triangles; normals, colours,
-/// textures, materials, skins and morph targets left out. Vertices may be repeated. Reads no file
+/// All meshes of all nodes, placed as the nodes say; polygons as triangles, with the first set of
+/// texture coordinates (of a PLY file, its vertices') where all faces have one; normals, colours,
+/// images, materials, skins and morph targets left out. Vertices may be repeated. Reads no file
 /// but this one and, for glTF, the buffers it names in the same folder or below. Throws InputError
 /// naming the file, the place in it and what is wrong.
 FileMesh read_mesh(const std::filesystem::path& file);

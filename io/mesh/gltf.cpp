@@ -223,6 +223,7 @@ class Gltf {
       step_ = std::max(step_, stretch * float_step(position));
       builder_.add_vertex(placed);
     }
+    const std::vector<Eigen::Vector2f> texture = texture_of(primitive, positions.count);
     std::vector<double> corners;
     if (primitive.contains("indices")) {
       corners = accessors_->read(number(primitive, "indices", 0), "indices", 1, most_triangles * 3)
@@ -248,8 +249,30 @@ class Gltf {
       const bool odd = mode == strip && k % 2 == 1;
       std::array<int, 3> triangle{corner(mode == fan ? 0 : k), corner(k + 1), corner(k + 2)};
       if (odd != mirrored) std::swap(triangle[1], triangle[2]);
-      builder_.add_polygon(triangle, triangles_++);
+      CornerTexture placed;
+      for (std::size_t i = 0; i < 3 && !texture.empty(); ++i)
+        placed[i] = texture[static_cast<std::size_t>(triangle[i] - first)];
+      builder_.add_polygon(triangle, triangles_++,
+                           texture.empty() ? std::span<const Eigen::Vector2f>() : placed);
     }
+  }
+
+  /// TEXCOORD_0, one pair per position; empty where the primitive has none.
+  std::vector<Eigen::Vector2f> texture_of(const json& primitive, std::size_t positions) {
+    std::vector<Eigen::Vector2f> texture;
+    if (!primitive["attributes"].contains("TEXCOORD_0")) return texture;
+    const std::size_t accessor =
+        number(primitive["attributes"], "TEXCOORD_0", list("accessors").size());
+    const Accessor read = accessors_->read(accessor, "TEXCOORD_0", 2, most_triangles * 3);
+    if (read.count != positions) {
+      refuse("a primitive of its glTF has " + std::to_string(read.count) +
+             " texture coordinates and " + std::to_string(positions) + " positions");
+    }
+    for (std::size_t v = 0; v < read.count; ++v) {
+      texture.emplace_back(static_cast<float>(read.values[2 * v]),
+                           static_cast<float>(read.values[2 * v + 1]));
+    }
+    return texture;
   }
 
   MeshBuilder builder_;
