@@ -46,6 +46,12 @@ struct Errors {
   double own = 0.0;     ///< of each spatial frequency by itself
 };
 
+/// Where the projector stands; the camera looks straight down at the picture's centre.
+struct ProjectorPlace {
+  double degrees = 0.0;  ///< from the camera's axis in the direction of the sinusoids' change
+  double distance_mm = 0.0;
+};
+
 /// One wavelength under one sinusoid, or under even light.
 struct Pictures {
   double wavelength_nm = 0.0;
@@ -80,6 +86,7 @@ struct Description {
   std::optional<Reference> reference;
   std::optional<Errors> errors;
   std::optional<Spectra> spectra;
+  std::optional<ProjectorPlace> projector;  ///< stated: height and tilt are measured and corrected
   std::vector<Pictures> measurements;
 };
 
