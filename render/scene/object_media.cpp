@@ -4,8 +4,9 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/material/baked_field.h"
+#include "render/material/composed_field.h"
 #include "render/scene/object_shape.h"
-#include "render/scene/shell.h"
 
 namespace kappamu::render {
 
@@ -113,23 +114,38 @@ ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object, const 
                 wrap_of(material.placement), source);
 }
 
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
-                              const Polycube* drawn) {
-  if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
-    const std::filesystem::path file = io::find_volume(material->volume);
-    const io::VolumeSet set = io::read_volume(file);
-    if (material->placement != VolumeMaterial::Placement::shell) {
-      return media_of(set, object, bounding_box(mesh).sizes(), file.string());
-    }
-    try {
-      const Wrapped around = wrapped(set, mesh, material->offset_mm, drawn);
-      return placed(around.set, Affine3d(Eigen::Translation3d(-around.corner_mm)), Wrap::clamp,
-                    file.string());
-    } catch (const InputError& error) {
-      throw InputError("object '" + object.name + "': placement shell: " + error.what());
-    }
+io::VolumeSet colour_channels(const io::VolumeSet& set, const std::string& file) {
+  io::VolumeSet colours;
+  colours.eta = set.eta;
+  const std::array<std::size_t, 3> indices = channel_indices(set, file);
+  for (std::size_t c = 0; c < std::min<std::size_t>(3, set.channels.size()); ++c) {
+    colours.channels.push_back(set.channels[indices[c]]);
+    colours.media.push_back(set.media[indices[c]]);
   }
-  return homogeneous(std::get<HomogeneousMaterial>(object.material));
+  return colours;
+}
+
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
+                              std::vector<std::string>& warnings) {
+  if (const auto* alike = std::get_if<HomogeneousMaterial>(&object.material))
+    return homogeneous(*alike);
+  const auto* volume = std::get_if<VolumeMaterial>(&object.material);
+  if (volume != nullptr && volume->placement != VolumeMaterial::Placement::shell) {
+    const std::filesystem::path file = io::find_volume(volume->volume);
+    return media_of(io::read_volume(file), object, bounding_box(mesh).sizes(), file.string());
+  }
+  try {
+    const NamedField made = make_field(object.material, mesh);
+    std::vector<std::string> notes;
+    Baked voxels = baked(*made.field, mesh, notes);
+    for (const std::string& note : notes)
+      warnings.push_back("object '" + object.name + "': " + note);
+    voxels.set.eta = made.eta;
+    return placed(voxels.set, Affine3d(Eigen::Translation3d(-voxels.corner_mm)), Wrap::clamp,
+                  made.source);
+  } catch (const InputError& error) {
+    throw InputError("object '" + object.name + "': its material: " + error.what());
+  }
 }
 
 }  // namespace kappamu::render

@@ -4,8 +4,8 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "io/volume/volume_set.h"
@@ -22,9 +22,13 @@ struct ObjectMedia {
 
 /// `mesh` is the object [mm], its box centred at the origin. Reads the volume, if any.
 /// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
-/// serves all three), an object smaller than a voxel. `drawn` as in forward::PolygridOptions.
+/// serves all three), an object smaller than a voxel, what a field's maker refuses.
 ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
-                              const Polycube* drawn = nullptr);
+                              std::vector<std::string>& warnings);
+
+/// R, G, B of a volume in this order, or its single channel; `file` names it. Throws InputError
+/// where there are other channels only.
+io::VolumeSet colour_channels(const io::VolumeSet& set, const std::string& file);
 
 /// Of a volume in memory, placed as the object's material says, not as a shell; `box` is the
 /// object's size [mm]. `source` names it.

@@ -22,7 +22,7 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
   if (object.polycube) made.polycube = io::read_polycube(*object.polycube);
-  made.media = make_object_media(object, made.mesh, made.drawn());
+  made.media = make_object_media(object, made.mesh, warnings);
   made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
   made.roughness = object.finish.roughness;
   return made;
@@ -131,7 +131,7 @@ void World::expect_apart() const {
 void World::expect_outside(const Vector3d& point, const std::string& what) const {
   if (const auto object = object_at(point)) {
     throw InputError(what + " is inside object '" + objects_[*object].name +
-                     "'; change its position_mm");
+                     "'; change its position_mm, or give the mesh a void around it");
   }
 }
 

@@ -56,7 +56,19 @@ json full_scene() {
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
-               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}}],
+               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}},
+      {"name": "d", "shape": "sphere", "size_mm": 5, "position_mm": [30, 0, 0],
+       "material": {"volume": "run", "placement": "shell", "up": [0, 0, 1], "scale": 0.5,
+                    "texture_size_mm": [20, 30], "core": "mean-values", "seed": 4}},
+      {"name": "e", "shape": "sphere", "size_mm": 5, "position_mm": [60, 0, 0],
+       "material": {"layers": [
+         {"thickness_mm": 0.2, "material": {"mix": [{"published": "marble"}, {"published": "marble", "density": 10}],
+          "pattern": {"kind": "marble", "size_mm": 3, "octaves": 4, "turbulence": 0.5, "direction": [0, 1, 0], "seed": 2}}},
+         {"thickness_mm": 0.4, "material": {"subsurface": {"colour": [0.9, 0.5, 0.3], "radius_mm": 1, "anisotropy": 0.5}}},
+         {"material": {"around": {"attenuation": {"colour": 0.5, "distance_mm": 10}, "reduced_scattering_per_mm": 1},
+          "parts": [{"shape": "sphere", "size_mm": 1, "position_mm": [0, 1, 0],
+            "material": {"mix": [{"published": "marble"}, {"reduced_scattering_per_mm": 1, "absorption_per_mm": 5}],
+             "pattern": {"kind": "veins", "size_mm": 1, "width": 0.2}}}]}}]}}],
     "lights": [
       {"kind": "directional", "direction": [0, -2, 0], "irradiance": 1},
       {"kind": "point", "position_mm": [0, 50, 0], "irradiance": [1, 0.5, 0], "at_mm": 50},
@@ -123,7 +135,38 @@ std::vector<Edited> bad_scenes() {
       {"two materials", [](json& s) { s["objects"][0]["material"]["published"] = "milk"; },
        "objects[0].material must have exactly one"},
       {"a shell turned", [](json& s) { s["objects"][0]["material"]["placement"] = "shell"; },
-       "turn_deg has no meaning for a shell", false},
+       "turn_deg has no meaning for a shell"},
+      {"a solid with a core",
+       [](json& s) { s["objects"][3]["material"]["placement"] = "stretch"; }, "belongs to"},
+      {"one material mixed", [](json& s) { s["objects"][4]["material"] = {{"mix", {1}}}; },
+       "objects[4].material.pattern is missing"},
+      {"a last layer that ends",
+       [](json& s) { s["objects"][4]["material"]["layers"][2]["thickness_mm"] = 1; },
+       "thickness_mm", false},
+      {"a layer that does not end",
+       [](json& s) { s["objects"][4]["material"]["layers"][0].erase("thickness_mm"); },
+       "layers[0].thickness_mm is missing", false},
+      {"veins turned",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][0]["material"]["pattern"]["kind"] = "veins";
+       },
+       "turbulence belongs to the kind marble", false},
+      {"a colour that does not absorb",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][1]["material"]["subsurface"]["colour"] = 1;
+       },
+       "subsurface.colour is 1", false},
+      {"an anisotropic Principled material",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][1]["material"]["subsurface"]["convention"] =
+             "principled";
+       },
+       "anisotropy belongs to the convention openpbr", false},
+      {"a part without a shape",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][2]["material"]["parts"][0].erase("shape");
+       },
+       "parts[0] must have either 'mesh'"},
       {"a polycube without a name", [](json& s) { s["objects"][0]["polycube"] = ""; },
        "objects[0].polycube is empty"},
       {"fur without a length", [](json& s) { s["objects"][2]["fur"].erase("length_mm"); },
@@ -155,7 +198,16 @@ std::vector<Edited> bad_scenes() {
 
 TEST_F(SceneFile, ReadsEveryKind) {
   const Scene scene = read_scene(write("scene.json", full_scene().dump()));
-  ASSERT_EQ(scene.objects.size(), 3U);
+  ASSERT_EQ(scene.objects.size(), 5U);
+  const Shell& shell = std::get<VolumeMaterial>(scene.objects[3].material).shell;
+  EXPECT_EQ(shell.up, Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(shell.texture_size_mm, Eigen::Vector2d(20.0, 30.0));
+  EXPECT_EQ(shell.core, Shell::Core::mean_values);
+  const auto& layers =
+      std::get<std::shared_ptr<const ComposedMaterial>>(scene.objects[4].material);
+  EXPECT_EQ(std::get<ComposedMaterial::Layers>(layers->by).thickness_mm,
+            (std::vector<double>{0.2, 0.4}));
+  EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "run"));
   EXPECT_EQ(std::get<std::filesystem::path>(scene.objects[0].shape), folder_ / "a.obj");
   EXPECT_EQ(std::get<VolumeMaterial>(scene.objects[0].material).volume, folder_ / "run");
   EXPECT_EQ(scene.objects[0].polycube, folder_ / "a.polycube.json");
@@ -248,11 +300,13 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
   EXPECT_EQ(refusal_of(good), "");
   Scene scene = good;
   scene.camera.position_mm = {1.0, 2.0, 3.0};
-  EXPECT_EQ(refusal_of(scene), "the camera is inside object 'ball'; change its position_mm");
+  EXPECT_EQ(refusal_of(scene), "the camera is inside object 'ball'; change its position_mm, or give "
+                                "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
   scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
-  EXPECT_EQ(refusal_of(scene), "light 2 is inside object 'ball'; change its position_mm");
+  EXPECT_EQ(refusal_of(scene), "light 2 is inside object 'ball'; change its position_mm, or give "
+                                "the mesh a void around it");
   scene = good;
   scene.objects.push_back(good.objects[0]);
   scene.objects[1].name = "other";
