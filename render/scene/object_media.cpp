@@ -113,13 +113,13 @@ ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object, const 
                 wrap_of(material.placement), source);
 }
 
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
-                              const Polycube* drawn) {
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,
+                              const TriangleMesh& mesh, const Polycube* drawn) {
   if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
     const std::filesystem::path file = io::find_volume(material->volume);
     const io::VolumeSet set = io::read_volume(file);
     if (material->placement != VolumeMaterial::Placement::shell) {
-      return media_of(set, object, bounding_box(mesh).sizes(), file.string());
+      return media_of(set, object, bounding_box(rest).sizes(), file.string());
     }
     try {
       const Wrapped around = wrapped(set, mesh, material->offset_mm, drawn);

@@ -20,11 +20,12 @@ struct ObjectMedia {
   std::string source;         ///< a file, or a citation
 };
 
-/// `mesh` is the object [mm], its box centred at the origin. Reads the volume, if any.
+/// A volume lies in the box of `rest`, the object before its deformations [mm], which is centred at
+/// the origin; a shell lies below the surface of `mesh`, the object as it is.
 /// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
 /// serves all three), an object smaller than a voxel. `drawn` as in forward::PolygridOptions.
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
-                              const Polycube* drawn = nullptr);
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,
+                              const TriangleMesh& mesh, const Polycube* drawn = nullptr);
 
 /// Of a volume in memory, placed as the object's material says, not as a shell; `box` is the
 /// object's size [mm]. `source` names it.

@@ -44,13 +44,14 @@ Eigen::Matrix3d turn_matrix(const Vector3d& degrees) {
 TriangleMesh make_object_mesh(const SceneObject& object, std::vector<std::string>& warnings) {
   try {
     TriangleMesh mesh = unsized_shape(object, warnings);
-    if (const auto* size = std::get_if<Vector3d>(&object.size_mm)) {
-      const Vector3d scale = size->cwiseQuotient(bounding_box(mesh).sizes());
-      for (Vector3d& vertex : mesh.vertices) vertex = vertex.cwiseProduct(scale);
-    } else {
-      mesh = fitted(std::move(mesh), std::get<double>(object.size_mm));
-    }
-    const double size = bounding_box(mesh).sizes().maxCoeff();
+    const Eigen::AlignedBox3d box =
+        bounding_box(object.fitted_as ? io::read_mesh(*object.fitted_as).mesh : mesh);
+    const auto* edge = std::get_if<double>(&object.size_mm);
+    const Vector3d scale =
+        edge ? Vector3d::Constant(*edge / box.sizes().maxCoeff())
+             : Vector3d(std::get<Vector3d>(object.size_mm).cwiseQuotient(box.sizes()));
+    for (Vector3d& vertex : mesh.vertices) vertex = scale.cwiseProduct(vertex - box.center());
+    const double size = scale.cwiseProduct(box.sizes()).maxCoeff();
     return refined(mesh, 1.5 * size / object.edges_per_size, most_refined_triangles);
   } catch (const InputError& error) {
     throw InputError("object '" + object.name + "': " + error.what());

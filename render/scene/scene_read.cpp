@@ -8,6 +8,7 @@
 #include "io/json_node.h"
 #include "render/scene/published_materials.h"
 #include "render/scene/scene.h"
+#include "render/scene/scene_values.h"
 
 namespace kappamu::render {
 
@@ -16,25 +17,8 @@ namespace {
 using Node = io::JsonNode;
 using Eigen::Vector3d;
 
-constexpr double largest_mm = 1e6;
-constexpr double smallest_mm = 1e-6;
+constexpr const char* page = "docs/scene.md";
 constexpr double largest_light = 1e6;
-
-Vector3d vector_of(const Node& node, double bound) {
-  const std::vector<Node> xyz = node.exactly(3);
-  return {xyz[0].number_between(-bound, bound), xyz[1].number_between(-bound, bound),
-          xyz[2].number_between(-bound, bound)};
-}
-
-Vector3d point_of(const Node& node) {
-  return vector_of(node, largest_mm);
-}
-
-Vector3d direction_of(const Node& node) {
-  const Vector3d direction = vector_of(node, largest_mm);
-  if (direction.norm() < 1e-9) node.fail("has no length; write a direction");
-  return direction.normalized();
-}
 
 /// One number for all channels, or three.
 Colour colour_of(const Node& node, double largest, double smallest = 0.0) {
@@ -52,10 +36,6 @@ std::string name_of(const Node& node) {
 
 std::filesystem::path path_of(const Node& node, const std::filesystem::path& folder) {
   return folder / name_of(node);
-}
-
-double length_of(const Node& node) {
-  return node.number_between(smallest_mm, largest_mm);
 }
 
 std::variant<double, Vector3d> size_of(const Node& node) {
@@ -153,8 +133,9 @@ Fur read_fur(const Node& node) {
 }
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"name", "size_mm", "material"}, {"mesh", "shape", "proportion", "position_mm",
-                                                       "turn_deg", "surface", "polycube", "fur"});
+  node.expect_fields({"name", "size_mm", "material"},
+                     {"mesh", "fitted_as", "shape", "proportion", "position_mm", "turn_deg",
+                      "surface", "polycube", "fur", "deform"});
   if (node.has("mesh") == node.has("shape")) {
     node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
   }
@@ -163,7 +144,9 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("mesh")) {
     if (node.has("proportion")) node["proportion"].fail("belongs to named shapes; remove it");
     object.shape = path_of(node["mesh"], folder);
+    if (node.has("fitted_as")) object.fitted_as = path_of(node["fitted_as"], folder);
   } else {
+    if (node.has("fitted_as")) node["fitted_as"].fail("belongs to a mesh; remove it");
     object.shape = name_of(node["shape"]);
     if (node.has("proportion")) object.proportion = node["proportion"].number_between(0.0, 1.0);
   }
@@ -174,6 +157,7 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   if (node.has("fur")) object.fur = read_fur(node["fur"]);
+  if (node.has("deform")) object.deform = read_deformations(node["deform"]);
   return object;
 }
 
@@ -307,8 +291,9 @@ ModelChoice read_model(const Node& node) {
 
 }  // namespace
 
-Scene read_scene(const std::filesystem::path& file) {
-  const io::JsonDocument document(file, "docs/scene.md", io::JsonComments::allowed);
+namespace {
+
+Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& file) {
   const Node root = document.root();
   root.expect_fields({"format", "version", "objects", "lights", "camera", "film"}, {"model"});
   root.expect_format("kappamu-scene");
@@ -335,11 +320,25 @@ Scene read_scene(const std::filesystem::path& file) {
   return scene;
 }
 
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file) {
+  return scene_of({file, page, io::JsonComments::allowed}, file);
+}
+
+Scene read_scene(const std::string& text, const std::filesystem::path& file,
+                 const std::string& which) {
+  return scene_of(
+      io::JsonDocument::of_text(text, file.string() + which, page, io::JsonComments::allowed),
+      file);
+}
+
 std::vector<std::filesystem::path> files_of(const Scene& scene) {
   std::vector<std::filesystem::path> files{scene.file};
   for (const SceneObject& object : scene.objects) {
     if (const auto* mesh = std::get_if<std::filesystem::path>(&object.shape))
       files.push_back(*mesh);
+    if (object.fitted_as) files.push_back(*object.fitted_as);
     if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
       files.push_back(material->volume);
     }
