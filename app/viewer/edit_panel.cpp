@@ -97,25 +97,6 @@ void draw_object_choice(Painter& painter) {
   ImGui::EndCombo();
 }
 
-}  // namespace
-
-Closing draw_closing_question() {
-  constexpr const char* title = "edits are not saved";
-  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
-  Closing closing = Closing::undecided;
-  if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return closing;
-  if (ImGui::Button("save and close")) closing = Closing::save;
-  ImGui::SameLine();
-  if (ImGui::Button("close without saving")) closing = Closing::discard;
-  ImGui::SameLine();
-  if (ImGui::Button("go on editing")) closing = Closing::go_on;
-  if (closing != Closing::undecided) ImGui::CloseCurrentPopup();
-  ImGui::EndPopup();
-  return closing;
-}
-
 Asked draw_edits(Painter& painter, ViewState& state) {
   Asked asked = Asked::nothing;
   const auto button = [&](const char* name, bool possible, Asked what) {
@@ -150,6 +131,45 @@ Asked draw_edits(Painter& painter, ViewState& state) {
   state.edits.copy(folder.data(), folder.size() - 1);
   if (ImGui::InputText("saved in", folder.data(), folder.size())) state.edits = folder.data();
   return asked;
+}
+
+class EditGroup final : public PanelGroup {
+ public:
+  explicit EditGroup(Painter& painter) : painter_(painter) {}
+  const char* title() const override { return "edits"; }
+
+  Asked draw(const PanelNumbers& numbers, ViewState& state) override {
+    const Asked asked = draw_edits(painter_, state);
+    ImGui::Checkbox("slices", &state.slice.shown);
+    if (!numbers.note.empty()) ImGui::TextWrapped("%s", numbers.note.c_str());
+    return asked;
+  }
+
+ private:
+  Painter& painter_;
+};
+
+}  // namespace
+
+Closing draw_closing_question() {
+  constexpr const char* title = "edits are not saved";
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
+  Closing closing = Closing::undecided;
+  if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return closing;
+  if (ImGui::Button("save and close")) closing = Closing::save;
+  ImGui::SameLine();
+  if (ImGui::Button("close without saving")) closing = Closing::discard;
+  ImGui::SameLine();
+  if (ImGui::Button("go on editing")) closing = Closing::go_on;
+  if (closing != Closing::undecided) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+  return closing;
+}
+
+std::unique_ptr<PanelGroup> edit_group(Painter& painter) {
+  return std::make_unique<EditGroup>(painter);
 }
 
 }  // namespace kappamu::app

@@ -1,8 +1,9 @@
-// The numbers and handles over the picture, and what the mouse does.
+// The panel beside the picture: groups under headings, and what the mouse does in the picture.
 #pragma once
 
 #include <imgui.h>
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,20 +14,37 @@ namespace kappamu::app {
 
 inline const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
 
+/// What the panel states.
 struct PanelNumbers {
-  std::vector<std::string> models;             ///< to choose among
   const render::LiveAnswer* answer = nullptr;  ///< that the picture shows; none yet
   double frame_ms = 0.0;                       ///< drawing and panel
   double waiting_ms = 0.0;                     ///< since something was asked that is not shown
   std::string note;                            ///< what became of the last request, if worth it
-  bool photographs = false;                    ///< there are some to show
 };
 
-/// Between ImGui's NewFrame and Render. `painter` is none where there is no volume to paint.
-Asked draw_panel(const PanelNumbers& numbers, Painter* painter, ViewState& state);
+/// One group of the panel. It changes the state, and returns what else is asked of the window. The
+/// window itself sees where lights or the model were changed.
+class PanelGroup {
+ public:
+  virtual ~PanelGroup() = default;
+  virtual const char* title() const = 0;
+  /// Between ImGui's NewFrame and Render.
+  virtual Asked draw(const PanelNumbers& numbers, ViewState& state) = 0;
+};
 
-/// Part of draw_panel(): the tool, what an edit does and where, and what is asked.
-Asked draw_edits(Painter& painter, ViewState& state);
+/// The light in hand, its angles.
+std::unique_ptr<PanelGroup> light_group();
+/// Exposure and channels; `photographs`: there are some to show.
+std::unique_ptr<PanelGroup> view_group(bool photographs);
+/// The model among `models`, and what its last answer cost.
+std::unique_ptr<PanelGroup> model_group(std::vector<std::string> models);
+/// The tool, what an edit does and where. Keeps a reference.
+std::unique_ptr<PanelGroup> edit_group(Painter& painter);
+
+using PanelGroups = std::vector<std::unique_ptr<PanelGroup>>;
+
+/// All groups in order. What the last of them asked.
+Asked draw_panel(const PanelGroups& groups, const PanelNumbers& numbers, ViewState& state);
 
 /// What becomes of unsaved edits when the window is closed.
 enum class Closing { undecided, save, discard, go_on };

@@ -6,6 +6,7 @@
 
 #include "app/viewer/painter.h"
 #include "render/live/light_handle.h"
+#include "render/look_at.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::app {
@@ -58,6 +59,10 @@ struct ViewState {
   bool has_handle() const { return lamp < lights.size() && render::has_angles(lights[lamp]); }
   void turn_light(const render::LightAngles& angles) {
     lights[lamp] = render::turned_to(lights[lamp], centre, angles);
+  }
+  /// Rays through a picture of this width over its height.
+  render::LookAt look(double aspect) const {
+    return {camera.position_mm, camera.target_mm, camera.up, camera.fov_deg, aspect};
   }
   /// The camera about its target: to its right and upwards [degrees], short of the poles.
   void orbit(double right_deg, double up_deg);

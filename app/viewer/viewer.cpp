@@ -12,18 +12,18 @@
 
 #include "app/viewer/answers.h"
 #include "app/viewer/canvas.h"
+#include "app/viewer/editing.h"
 #include "app/viewer/interrupt.h"
 #include "app/viewer/panel.h"
-#include "app/viewer/photographs.h"
-#include "app/viewer/script.h"
-#include "app/viewer/slice_window.h"
+#include "app/viewer/panel/photographs.h"
+#include "app/viewer/panel/slice_window.h"
+#include "app/viewer/script_player.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"
 #include "core/error.h"
 #include "core/numbers/median.h"
 #include "core/processor_time.h"
 #include "io/image/image_file.h"
-#include "pipeline/owned_files.h"
 
 namespace kappamu::app {
 
@@ -62,10 +62,9 @@ class Viewer {
  public:
   Viewer(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options)
       : options_(options),
-        commands_(commands_of(options)),
+        player_(options),
         live_(live),
-        painter_(opened(scene, live.world(), options)),
-        models_(render::live_models(live.world())),
+        editing_(scene, live.world(), options, [this] { ask(); }),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
@@ -75,12 +74,12 @@ class Viewer {
         canvas_(corners_.geometry()),
         answers_(live) {
     if (options.run) photographs_.emplace(*options.run);
-    if (painter_.is_open()) {
-      state_.edits = options.edits->string();
-      if (!options.script) painter_.keep_unsaved();
-      if (painter_.unsaved()) note_ = "edits that were not saved are back; undo takes them away";
-    }
+    if (editing_.painter().is_open()) state_.edits = options.edits->string();
     if (exposure_given_) state_.exposure = *scene.film.exposure;
+    groups_.push_back(light_group());
+    groups_.push_back(view_group(photograph_count() > 0));
+    if (editing_.painter().in_hand()) groups_.push_back(edit_group(editing_.painter()));
+    groups_.push_back(model_group(render::live_models(live.world())));
     ask();
   }
 
@@ -88,7 +87,8 @@ class Viewer {
     const InterruptWatch interrupt;
     while (!done_) {
       if (interrupt.happened()) {
-        interrupted();
+        times_.interrupted = true;
+        editing_.interrupted();
         break;
       }
       if (options_.script) {
@@ -96,7 +96,7 @@ class Viewer {
         continue;
       }
       if (glfwWindowShouldClose(window_.handle()) == GLFW_TRUE && !closing_) {
-        if (!painter_.unsaved()) break;
+        if (!editing_.painter().unsaved()) break;
         closing_ = true;
       }
       // Drawing takes from diffusion what it needs of the processor: only where the picture
@@ -110,32 +110,17 @@ class Viewer {
     times_.model_ms = median(model_ms_);
     times_.frame_ms = median(frame_ms_);
     if (answer_) times_.error_estimate = answer_->error_estimate;
+    times_.saved = editing_.saved();
+    times_.warnings = editing_.warnings();
     return times_;
   }
 
  private:
-  /// Read before there is a window. Throws InputError where a screenshot would replace a file.
-  static std::vector<script::Command> commands_of(const ViewerOptions& options) {
-    if (!options.script) return {};
-    std::vector<script::Command> commands = script::read(*options.script);
-    for (const script::Command& command : commands) {
-      const auto* shot = std::get_if<script::Screenshot>(&command);
-      if (shot != nullptr) pipeline::require_absent(options.out / shot->name);
-    }
-    return commands;
-  }
-
-  /// With the edits of earlier windows; refused, too, before there is a window.
-  static Painter opened(const render::Scene& scene, const render::World& world,
-                        const ViewerOptions& options) {
-    Painter painter(scene, world);
-    if (options.edits && !painter.editable().empty()) painter.open(*options.edits);
-    return painter;
-  }
+  int photograph_count() const { return photographs_ ? photographs_->count() : 0; }
 
   void ask() {
     if (!asked_since_) asked_since_.emplace();
-    answers_.ask({state_.lights, painter_.media(), state_.model});
+    answers_.ask({state_.lights, editing_.painter().media(), state_.model});
   }
 
   bool take_answer() {
@@ -191,15 +176,16 @@ class Viewer {
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     ViewState before = state_;
-    const std::optional<std::size_t> edited = painter_.in_hand();
+    Painter& painter = editing_.painter();
+    const std::optional<std::size_t> edited = painter.in_hand();
     if (state_.panel) {
-      obey_panel(draw_panel({models_, answer_ ? &*answer_ : nullptr, last_frame_ms_,
-                             asked_since_ ? asked_since_->milliseconds() : 0.0, note_,
-                             photographs_ && photographs_->count() > 0},
-                            edited ? &painter_ : nullptr, state_));
+      const PanelNumbers numbers{answer_ ? &*answer_ : nullptr, last_frame_ms_,
+                                 asked_since_ ? asked_since_->milliseconds() : 0.0,
+                                 editing_.note()};
+      editing_.obey_panel(draw_panel(groups_, numbers, state_), state_);
     }
     if (state_.panel && state_.slice.shown && edited) {
-      const render::LiveVolume& volume = painter_.volume(*edited);
+      const render::LiveVolume& volume = painter.volume(*edited);
       slices_.draw(volume.history().volume(), volume.axes(), first_camera_, state_.slice);
     }
     if (state_.panel && state_.photograph.shown) photographs_->draw(state_.photograph);
@@ -235,111 +221,42 @@ class Viewer {
       }
       if (event.left || !stroking_) continue;
       paint(std::exchange(points, {}));
-      end_stroke();
+      editing_.end_stroke();
       stroking_ = false;
     }
     if (!points.empty()) paint(points);
   }
 
   void paint(const std::vector<Eigen::Vector2d>& points) {
-    const render::Camera& camera = state_.camera;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const render::LookAt look(camera.position_mm, camera.target_mm, camera.up, camera.fov_deg,
-                              static_cast<double>(size.x) / size.y);
-    attempt([&] {
-      if (painter_.stroke_through(look, points, state_.brush)) ask();
-    });
-  }
-
-  Painter::Stroked end_stroke() {
-    const Painter::Stroked stroked = painter_.end_stroke();
-    if (stroked == Painter::Stroked::nothing_changed) note_ = "this stroke changes no voxel";
-    if (stroked == Painter::Stroked::kept) note_.clear();
-    return stroked;
+    editing_.stroke_through(state_.look(static_cast<double>(size.x) / size.y), points,
+                            state_.brush);
   }
 
   void follow_keys() {
     for (const KeyEvent& event : window_.take_key_events()) {
       if (!event.control || ImGui::GetIO().WantTextInput || closing_) continue;
-      if (event.key == GLFW_KEY_Z) obey(event.shift ? Asked::redo : Asked::undo);
-      if (event.key == GLFW_KEY_Y) obey(Asked::redo);
-      if (event.key == GLFW_KEY_S) obey(Asked::save);
-    }
-  }
-
-  /// What cannot be done is noted, and the window keeps what it holds; a script ends there. Whether
-  /// it was done.
-  template <class Action>
-  bool attempt(const Action& action) {
-    try {
-      action();
-      return true;
-    } catch (const InputError& error) {
-      if (options_.script) throw InputError(options_.script->string() + ": " + error.what());
-      note_ = error.what();
-      return false;
-    }
-  }
-
-  bool save() {
-    return attempt([&] {
-      if (state_.edits.empty()) throw InputError("name a folder for edits (--edits OUT)");
-      if (!painter_.is_open() || options_.edits != state_.edits) {
-        painter_.open(state_.edits);
-        options_.edits = state_.edits;
+      if (event.key == GLFW_KEY_Z) {
+        editing_.obey(event.shift ? Asked::redo : Asked::undo, state_.edits);
       }
-      const std::vector<std::string> files = painter_.save(times_.warnings);
-      times_.saved.insert(times_.saved.end(), files.begin(), files.end());
-      note_ = "saved in " + state_.edits;
-    });
+      if (event.key == GLFW_KEY_Y) editing_.obey(Asked::redo, state_.edits);
+      if (event.key == GLFW_KEY_S) editing_.obey(Asked::save, state_.edits);
+    }
   }
 
   void close(Closing closing) {
     if (closing == Closing::undecided) return;
     closing_ = false;
     glfwSetWindowShouldClose(window_.handle(), GLFW_FALSE);
-    if (closing == Closing::discard) painter_.discard();
-    done_ = closing == Closing::discard || (closing == Closing::save && save());
-  }
-
-  void interrupted() {
-    times_.interrupted = true;
-    for (const std::filesystem::path& file : painter_.unsaved_files()) {
-      times_.warnings.push_back("edits that were not saved are kept in " + file.string() +
-                                "; the same command continues from them");
-    }
+    done_ = editing_.close(closing, state_.edits);
   }
 
   void set_title() {
-    std::string title = options_.title + (painter_.unsaved() ? " * not saved" : "") + " - kappamu";
+    std::string title =
+        options_.title + (editing_.painter().unsaved() ? " * not saved" : "") + " - kappamu";
     if (title == title_) return;
     title_ = std::move(title);
     glfwSetWindowTitle(window_.handle(), title_.c_str());
-  }
-
-  void preview(const render::Edit& edit) {
-    attempt([&] {
-      painter_.preview(edit);
-      note_.clear();
-      ask();
-    });
-  }
-
-  /// What the panel shows is kept, though it was changed since the preview.
-  void obey_panel(Asked asked) {
-    if (asked == Asked::preview || asked == Asked::keep) {
-      preview(state_.brush.edit(state_.region.selection()));
-    }
-    obey(asked);
-  }
-
-  void obey(Asked asked) {
-    if ((asked == Asked::undo && painter_.undo()) || (asked == Asked::redo && painter_.redo())) {
-      ask();
-    }
-    if (asked == Asked::save) save();
-    if (asked == Asked::keep) painter_.keep();
-    if (asked == Asked::cancel && painter_.cancel()) ask();
   }
 
   /// One command of the script, once the picture is of the light as it stands.
@@ -349,92 +266,34 @@ class Viewer {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       return;
     }
-    if (next_ == commands_.size()) {
-      done_ = true;
-      return;
-    }
-    std::visit([this](const auto& command) { obey(command); }, commands_[next_++]);
+    done_ = player_.finished();
+    if (done_) return;
+    Stage stage{state_, editing_, photograph_count(), [this] { ask(); },
+                [this](const std::filesystem::path& file) { write_screenshot(file); }};
+    player_.play(stage);
   }
 
-  void obey(const script::Lamp& lamp) {
-    if (static_cast<std::size_t>(lamp.number) > state_.lights.size()) {
-      throw InputError(options_.script->string() + ": the scene has " +
-                       std::to_string(state_.lights.size()) + " lights and no light " +
-                       std::to_string(lamp.number));
-    }
-    state_.lamp = static_cast<std::size_t>(lamp.number - 1);
-  }
-  void obey(const script::TurnLight& turn) {
-    state_.turn_light({turn.azimuth_deg, turn.elevation_deg});
-    ask();
-  }
-  void obey(const script::ChooseModel& choice) {
-    state_.model = choice.name;
-    ask();
-  }
-  void obey(const script::Orbit& orbit) { state_.orbit(orbit.right_deg, orbit.up_deg); }
-  void obey(const script::Exposure& exposure) { state_.exposure = exposure.factor; }
-  void obey(script::Panel panel) { state_.panel = panel == script::Panel::on; }
-  void obey(const script::Screenshot& shot) {
+  void write_screenshot(const std::filesystem::path& file) {
     // Two frames: a panel that has just appeared takes its size in the first.
     draw_frame();
     draw_frame();
-    const std::filesystem::path file = options_.out / shot.name;
     io::write_image(file, canvas_.picture());
     times_.screenshots.push_back(file.string());
   }
-  void obey(const Brush& brush) { state_.brush = brush; }
-  void obey(const script::Paint& stroke) {
-    std::vector<Eigen::Vector2d> points;
-    for (std::size_t i = 0; i + 1 < stroke.points.size(); i += 2) {
-      points.emplace_back(stroke.points[i] / options_.width,
-                          stroke.points[i + 1] / options_.height);
-    }
-    paint(points);
-    if (end_stroke() == Painter::Stroked::none) {
-      throw InputError(options_.script->string() +
-                       ": paint: no object of measured material lies under the stroke");
-    }
-  }
-  void obey(script::Channel channel) { state_.channel = channel.number; }
-  void obey(const script::Preview& asked) { preview(asked.edit); }
-  void obey(const script::ShowPhotograph& show) {
-    const int count = photographs_ ? photographs_->count() : 0;
-    if (show.number > count) {
-      throw InputError(options_.script->string() + ": photograph: there are " +
-                       std::to_string(count) + " to show; a run with a fit has them");
-    }
-    state_.photograph = {show.number > 0, std::max(0, show.number - 1)};
-  }
-  void obey(const script::ShowSlice& show) {
-    const std::optional<std::size_t> object = painter_.in_hand();
-    const auto volumes = object ? io::named_volumes(painter_.volume(*object).history().volume())
-                                : std::vector<io::NamedVolume>();
-    for (std::size_t i = 0; i < volumes.size(); ++i) {
-      if (volumes[i].name == show.volume) {
-        state_.slice = {true, i, show.axis, show.index};
-        return;
-      }
-    }
-    throw InputError(options_.script->string() + ": slice: there is no volume '" + show.volume +
-                     "'");
-  }
-  void obey(script::Quit) { done_ = true; }
 
   ViewerOptions options_;
-  std::vector<script::Command> commands_;
+  ScriptPlayer player_;
   render::LiveScene& live_;
-  Painter painter_;
-  std::vector<std::string> models_;
+  Editing editing_;
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
   bool stroking_ = false;  ///< the pressed button leads the brush
   bool closing_ = false;   ///< it is asked what becomes of unsaved edits
   Window window_;
+  PanelGroups groups_;
   render::LitCorners corners_;
   Canvas canvas_;
-  std::size_t next_ = 0;
   std::optional<render::LiveAnswer> answer_;  ///< that the picture shows
   std::optional<Stopwatch> asked_since_;
   Stopwatch since_drawn_;
@@ -443,7 +302,7 @@ class Viewer {
   ViewerTimes times_;
   SliceWindow slices_;
   std::optional<PhotographWindow> photographs_;
-  std::string note_, title_;
+  std::string title_;
   Answers answers_;
 };
 

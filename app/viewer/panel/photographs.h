@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/viewer/panel_picture.h"
+#include "app/viewer/panel/panel_picture.h"
 #include "app/viewer/view_state.h"
 
 namespace kappamu::app {

@@ -1,4 +1,4 @@
-#include "app/viewer/panel_picture.h"
+#include "app/viewer/panel/panel_picture.h"
 
 #include <epoxy/gl.h>
 #include <imgui.h>

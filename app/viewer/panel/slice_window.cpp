@@ -1,4 +1,4 @@
-#include "app/viewer/slice_window.h"
+#include "app/viewer/panel/slice_window.h"
 
 #include <imgui.h>
 

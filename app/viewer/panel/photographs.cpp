@@ -1,4 +1,4 @@
-#include "app/viewer/photographs.h"
+#include "app/viewer/panel/photographs.h"
 
 #include <imgui.h>
 

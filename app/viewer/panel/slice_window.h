@@ -2,7 +2,7 @@
 // else its file has.
 #pragma once
 
-#include "app/viewer/panel_picture.h"
+#include "app/viewer/panel/panel_picture.h"
 #include "app/viewer/view_state.h"
 #include "io/volume/volume_set.h"
 

@@ -1,0 +1,35 @@
+#include <imgui.h>
+
+#include "app/viewer/panel.h"
+
+namespace kappamu::app {
+
+namespace {
+
+class ViewGroup final : public PanelGroup {
+ public:
+  explicit ViewGroup(bool photographs) : photographs_(photographs) {}
+  const char* title() const override { return "view"; }
+
+  Asked draw(const PanelNumbers& /*numbers*/, ViewState& state) override {
+    ImGui::Combo("shown", &state.channel, "all\0R\0G\0B\0");
+    auto exposure = static_cast<float>(state.exposure);
+    if (ImGui::SliderFloat("exposure", &exposure, 0.01F, 100.0F, "%.3g",
+                           ImGuiSliderFlags_Logarithmic)) {
+      state.exposure = static_cast<double>(exposure);
+    }
+    if (photographs_) ImGui::Checkbox("photographs", &state.photograph.shown);
+    return Asked::nothing;
+  }
+
+ private:
+  bool photographs_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<PanelGroup> view_group(bool photographs) {
+  return std::make_unique<ViewGroup>(photographs);
+}
+
+}  // namespace kappamu::app

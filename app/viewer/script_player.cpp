@@ -1,0 +1,115 @@
+#include "app/viewer/script_player.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "pipeline/owned_files.h"
+
+namespace kappamu::app {
+
+ScriptPlayer::ScriptPlayer(const ViewerOptions& options) : options_(options) {
+  if (!options.script) return;
+  name_ = options.script->string();
+  commands_ = script::read(*options.script);
+  for (const script::Command& command : commands_) {
+    const auto* shot = std::get_if<script::Screenshot>(&command);
+    if (shot != nullptr) pipeline::require_absent(options.out / shot->name);
+  }
+}
+
+void ScriptPlayer::play(Stage& stage) {
+  const script::Command& command = commands_[next_++];
+  std::visit([&](const auto& what) { obey(what, stage); }, command);
+}
+
+void ScriptPlayer::obey(const script::Lamp& lamp, Stage& stage) const {
+  const std::size_t lights = stage.state.lights.size();
+  if (static_cast<std::size_t>(lamp.number) > lights) {
+    throw InputError(name_ + ": the scene has " + std::to_string(lights) + " lights and no light " +
+                     std::to_string(lamp.number));
+  }
+  stage.state.lamp = static_cast<std::size_t>(lamp.number - 1);
+}
+
+void ScriptPlayer::obey(const script::TurnLight& turn, Stage& stage) const {
+  stage.state.turn_light({turn.azimuth_deg, turn.elevation_deg});
+  stage.ask();
+}
+
+void ScriptPlayer::obey(const script::ChooseModel& choice, Stage& stage) const {
+  stage.state.model = choice.name;
+  stage.ask();
+}
+
+void ScriptPlayer::obey(const script::Orbit& orbit, Stage& stage) const {
+  stage.state.orbit(orbit.right_deg, orbit.up_deg);
+}
+
+void ScriptPlayer::obey(const script::Exposure& exposure, Stage& stage) const {
+  stage.state.exposure = exposure.factor;
+}
+
+void ScriptPlayer::obey(script::Panel panel, Stage& stage) const {
+  stage.state.panel = panel == script::Panel::on;
+}
+
+void ScriptPlayer::obey(const script::Screenshot& shot, Stage& stage) const {
+  stage.screenshot(options_.out / shot.name);
+}
+
+void ScriptPlayer::obey(const Brush& brush, Stage& stage) const {
+  stage.state.brush = brush;
+}
+
+void ScriptPlayer::obey(const script::Paint& stroke, Stage& stage) const {
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t i = 0; i + 1 < stroke.points.size(); i += 2) {
+    points.emplace_back(stroke.points[i] / options_.width, stroke.points[i + 1] / options_.height);
+  }
+  stage.editing.stroke_through(
+      stage.state.look(static_cast<double>(options_.width) / options_.height), points,
+      stage.state.brush);
+  if (stage.editing.end_stroke() == Painter::Stroked::none) {
+    throw InputError(name_ + ": paint: no object of measured material lies under the stroke");
+  }
+}
+
+void ScriptPlayer::obey(script::Channel channel, Stage& stage) const {
+  stage.state.channel = channel.number;
+}
+
+void ScriptPlayer::obey(const script::Preview& asked, Stage& stage) const {
+  stage.editing.preview(asked.edit);
+}
+
+void ScriptPlayer::obey(Asked asked, Stage& stage) const {
+  stage.editing.obey(asked, stage.state.edits);
+}
+
+void ScriptPlayer::obey(const script::ShowPhotograph& show, Stage& stage) const {
+  if (show.number > stage.photographs) {
+    throw InputError(name_ + ": photograph: there are " + std::to_string(stage.photographs) +
+                     " to show; a run with a fit has them");
+  }
+  stage.state.photograph = {show.number > 0, std::max(0, show.number - 1)};
+}
+
+void ScriptPlayer::obey(const script::ShowSlice& show, Stage& stage) const {
+  Painter& painter = stage.editing.painter();
+  const std::optional<std::size_t> object = painter.in_hand();
+  const auto volumes = object ? io::named_volumes(painter.volume(*object).history().volume())
+                              : std::vector<io::NamedVolume>();
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    if (volumes[i].name == show.volume) {
+      stage.state.slice = {true, i, show.axis, show.index};
+      return;
+    }
+  }
+  throw InputError(name_ + ": slice: there is no volume '" + show.volume + "'");
+}
+
+void ScriptPlayer::obey(script::Quit /*quit*/, Stage& /*stage*/) {
+  next_ = commands_.size();
+}
+
+}  // namespace kappamu::app
