@@ -61,8 +61,9 @@ struct LiveAnswer {
   std::string shape_refused{};  ///< why shapes are as they were; empty: they are those asked for
   std::string mode = "static";  ///< or "incremental", or "on the fly" ([M] 5.5)
   bool caught_up = true;        ///< not, where most_ms was too little
-  std::string model;            ///< that answered
-  std::string refused;          ///< why the model asked for did not; empty: it did
+  double total_ms() const { return shape_ms + light_ms + model_ms; }
+  std::string model;    ///< that answered
+  std::string refused;  ///< why the model asked for did not; empty: it did
   /// Worst relative error that the model estimates of its numerics. A model that keeps what it can
   /// from light to light has it measured, for the first lights answered.
   double error_estimate = 0.0;
