@@ -25,6 +25,7 @@ std::vector<Profile> profiles_of(const MediaOfChannels& media, double eta) {
 
 /// Links that one core moves in a millisecond, about.
 constexpr double links_per_ms = 5000.0;
+constexpr double most_links = 1e12;  ///< without a limit
 
 class Relight final : public LiveModel {
  public:
@@ -59,7 +60,8 @@ class Relight final : public LiveModel {
   }
 
   bool follow(double most_ms) override {
-    hierarchy_.set_most_changes(static_cast<std::size_t>(links_per_ms * std::max(0.0, most_ms)));
+    const double most = std::clamp(links_per_ms * most_ms, 0.0, most_links);
+    hierarchy_.set_most_changes(static_cast<std::size_t>(most));
     hierarchy_.update(mesh_, profiles_);
     return true;
   }

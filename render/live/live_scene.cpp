@@ -165,6 +165,11 @@ void LiveScene::start(const std::string& model, const OptionValues& parameters) 
   parameters_ = parameters;
 }
 
+void LiveAnswer::take_over(LiveAnswer& earlier) {
+  moved.merge(earlier.moved);
+  if (shape_refused.empty()) shape_refused = earlier.shape_refused;
+}
+
 void LiveScene::show(const LiveAnswer& answer) {
   for (const auto& [object, vertices] : answer.moved) world_.move(object, vertices);
 }

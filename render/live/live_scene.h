@@ -62,6 +62,8 @@ struct LiveAnswer {
   std::string mode = "static";  ///< or "incremental", or "on the fly" ([M] 5.5)
   bool caught_up = true;        ///< not, where most_ms was too little
   double total_ms() const { return shape_ms + light_ms + model_ms; }
+  /// What an earlier answer says that this one must say where nobody has seen the earlier one.
+  void take_over(LiveAnswer& earlier);
   std::string model;    ///< that answered
   std::string refused;  ///< why the model asked for did not; empty: it did
   /// Worst relative error that the model estimates of its numerics. A model that keeps what it can

@@ -70,6 +70,7 @@ struct SceneObject {
   std::variant<std::filesystem::path, std::string> shape;  ///< a mesh file, or a named shape
   /// A mesh file whose box is fitted to `size_mm` and the origin instead: one of a sequence.
   std::optional<std::filesystem::path> fitted_as;
+  std::vector<double> morph;         ///< weights of a glTF mesh's morph targets
   std::optional<double> proportion;  ///< of a named shape (core/mesh/shapes.h)
   /// Of the bounding box: its longest edge, the shape keeping its proportions; or all three.
   std::variant<double, Eigen::Vector3d> size_mm = 1.0;

@@ -134,8 +134,8 @@ Fur read_fur(const Node& node) {
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields({"name", "size_mm", "material"},
-                     {"mesh", "fitted_as", "shape", "proportion", "position_mm", "turn_deg",
-                      "surface", "polycube", "fur", "deform"});
+                     {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm",
+                      "turn_deg", "surface", "polycube", "fur", "deform"});
   if (node.has("mesh") == node.has("shape")) {
     node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
   }
@@ -144,9 +144,16 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("mesh")) {
     if (node.has("proportion")) node["proportion"].fail("belongs to named shapes; remove it");
     object.shape = path_of(node["mesh"], folder);
+    if (node.has("morph")) {
+      for (const Node& weight : node["morph"].items(1)) {
+        object.morph.push_back(weight.number_between(-100.0, 100.0));
+      }
+    }
     if (node.has("fitted_as")) object.fitted_as = path_of(node["fitted_as"], folder);
   } else {
-    if (node.has("fitted_as")) node["fitted_as"].fail("belongs to a mesh; remove it");
+    for (const char* field : {"fitted_as", "morph"}) {
+      if (node.has(field)) node[field].fail("belongs to a mesh; remove it");
+    }
     object.shape = name_of(node["shape"]);
     if (node.has("proportion")) object.proportion = node["proportion"].number_between(0.0, 1.0);
   }

@@ -18,6 +18,12 @@ TEST_F(DipoleBench, HierarchyIsTimedAndItsErrorMeasured) {
             0.1 * row.at("links_per_triangle").get<double>() * row.at("triangles").get<double>());
 }
 
+TEST_F(DipoleBench, AShapeThatDeformsIsAnsweredAsFromScratch) {
+  const Json row = quick_record("dipole", "deform").at("rows").at(0);
+  EXPECT_LT(row.at("from_scratch"), 0.01);
+  EXPECT_GT(row.at("frames_per_second"), 0.0);
+}
+
 TEST_F(DipoleBench, FormFactorsAreWithinOnePerCent) {
   const Json record = quick_record("dipole", "form-factors");
   const Json& ours = record.at("rows").back();
