@@ -27,15 +27,26 @@ struct Object {
 };
 
 Deformation along_z(DeformKind kind, double amount) {
-  return {.kind = kind, .amount = amount, .axis = Eigen::Vector3d::UnitZ()};
+  Deformation deformation;
+  deformation.kind = kind;
+  deformation.amount = amount;
+  deformation.axis = Eigen::Vector3d::UnitZ();
+  return deformation;
 }
 
 Deformation brushed(DeformKind kind, double amount, const Eigen::Vector3d& centre, double radius) {
-  return {.kind = kind, .amount = amount, .brush = render::DeformBrush{centre, radius}};
+  Deformation deformation;
+  deformation.kind = kind;
+  deformation.amount = amount;
+  deformation.brush = render::DeformBrush{centre, radius};
+  return deformation;
 }
 
 std::vector<Object> objects(Size size) {
-  const Deformation noise{.kind = DeformKind::noise, .amount = 1.0, .wavelength_mm = 5.0};
+  Deformation noise;
+  noise.kind = DeformKind::noise;
+  noise.amount = 1.0;
+  noise.wavelength_mm = 5.0;
   std::vector<Object> all{
       {"candle twisted", "candle", 0.42, 41, 60.0, {along_z(DeformKind::twist, 180.0)}},
       {"candle twisted", "candle", 0.42, 87, 60.0, {along_z(DeformKind::twist, 180.0)}},

@@ -141,6 +141,14 @@ Scene lit_shape(const char* shape, double proportion) {
   return scene;
 }
 
+Deformation along_z(DeformKind kind, double degrees) {
+  Deformation deformation;
+  deformation.kind = kind;
+  deformation.amount = degrees;
+  deformation.axis = Eigen::Vector3d::UnitZ();
+  return deformation;
+}
+
 double apart(const LiveAnswer& one, const LiveAnswer& other, const Surface& surface) {
   double difference = 0.0, size = 0.0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -162,9 +170,10 @@ TEST(LiveShape, AnswerAtRestIsTheAnswerFromScratch) {
     LiveScene live(scene, {}, warnings);
     Progress progress;
     live.answer({scene.lights, {}}, progress);
-    std::vector<Deformation> deform{
-        {.kind = DeformKind::twist, .amount = 0.0, .axis = Eigen::Vector3d::UnitZ()},
-        {.kind = DeformKind::noise, .amount = 0.3, .wavelength_mm = 4.0}};
+    std::vector<Deformation> deform{along_z(DeformKind::twist, 0.0), Deformation()};
+    deform[1].kind = DeformKind::noise;
+    deform[1].amount = 0.3;
+    deform[1].wavelength_mm = 4.0;
     LiveAnswer last;
     for (const double degrees : {10.0, 25.0, 55.0, 40.0}) {
       deform[0].amount = degrees;
@@ -194,8 +203,7 @@ TEST(LiveShape, AShapeThatCrossesItselfIsTakenBack) {
   std::vector<std::string> warnings;
   LiveScene live(scene, {}, warnings);
   Progress progress;
-  std::vector<Deformation> bend{
-      {.kind = DeformKind::bend, .amount = 90.0, .axis = Eigen::Vector3d::UnitZ()}};
+  std::vector<Deformation> bend{along_z(DeformKind::bend, 90.0)};
   const LiveAnswer good = live.answer({scene.lights, {}, "", {{{0, bend}}, false}}, progress);
   EXPECT_TRUE(good.shape_refused.empty()) << good.shape_refused;
   bend[0].amount = 360.0;
@@ -212,8 +220,7 @@ TEST(LiveShape, EveryLiveModelFollows) {
   Scene scene = lit_shape("slab", 0.4);
   scene.objects[0].size_mm = 12.0;
   std::vector<std::string> warnings;
-  const std::vector<Deformation> twist{
-      {.kind = DeformKind::twist, .amount = 30.0, .axis = Eigen::Vector3d::UnitZ()}};
+  const std::vector<Deformation> twist{along_z(DeformKind::twist, 30.0)};
   LiveScene live(scene, {}, warnings);
   Progress progress;
   for (const char* model : {"polygrid", "embedded"}) {

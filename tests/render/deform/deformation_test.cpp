@@ -129,7 +129,7 @@ TEST(Deform, BendMakesAnArcOfTheAxisAndKeepsItStraightBeyond) {
 TEST(Deform, InflateMovesASphereToALargerOne) {
   const TriangleMesh mesh = make_shape("sphere", 20.0, 24);
   for (const Vector3d& vertex : deformed_by(mesh, of(DeformKind::inflate, 1.5)).vertices) {
-    EXPECT_NEAR(vertex.norm(), 11.5, 0.01);
+    EXPECT_NEAR(vertex.norm(), 11.5, 0.03);  // normals of triangles
   }
 }
 
