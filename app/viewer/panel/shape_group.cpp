@@ -115,9 +115,8 @@ class ShapeGroup final : public PanelGroup {
   }
 
   static void draw_times(const render::LiveAnswer& answer) {
-    ImGui::Text("%s  %.0f ms: shape %.0f, light %.0f, diffusion %.0f", answer.mode.c_str(),
-                answer.shape_ms + answer.light_ms + answer.model_ms, answer.shape_ms,
-                answer.light_ms, answer.model_ms);
+    ImGui::Text("%s  %.0f ms", answer.mode.c_str(), answer.total_ms());
+    ImGui::Text("shape      %.0f ms", answer.shape_ms);
     if (!answer.caught_up) ImGui::TextColored(amber, "links are still catching up");
   }
 
