@@ -66,10 +66,10 @@ struct Pictures {
 
 /// Absorbers whose amounts are fitted to μa of all wavelengths.
 struct Spectra {
-  /// Of core/chromophores.h, or columns of `file`.
+  /// Of forward/lateral/chromophores.h, or columns of `file`.
   std::vector<std::string> absorbers;
   /// CSV with a column wavelength_nm and one by absorber: absorption of one unit [1/mm]. Empty:
-  /// tables of core/chromophores.h.
+  /// tables of forward/lateral/chromophores.h.
   std::string file;
 };
 

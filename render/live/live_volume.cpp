@@ -75,7 +75,7 @@ LiveVolume::LiveVolume(const SceneObject& object, const WorldObject& made,
 }
 
 ObjectMedia LiveVolume::media() const {
-  return media_of(history_.volume(), object_, bounding_box(made_.mesh).sizes(), source_.string());
+  return media_of(history_.volume(), object_, bounding_box(made_.rest).sizes(), source_.string());
 }
 
 void LiveVolume::add_point(const WorldHit& hit, Stroke& stroke) const {

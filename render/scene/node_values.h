@@ -9,6 +9,7 @@
 
 #include "io/json_node.h"
 #include "render/colour.h"
+#include "render/deform/deformation.h"
 
 namespace kappamu::render {
 
@@ -45,7 +46,8 @@ inline std::string name_of(const io::JsonNode& node) {
   return name;
 }
 
-inline std::filesystem::path path_of(const io::JsonNode& node, const std::filesystem::path& folder) {
+inline std::filesystem::path path_of(const io::JsonNode& node,
+                                     const std::filesystem::path& folder) {
   return folder / name_of(node);
 }
 
@@ -59,10 +61,12 @@ inline std::variant<double, Eigen::Vector3d> size_of(const io::JsonNode& node) {
   return Eigen::Vector3d(length_of(xyz[0]), length_of(xyz[1]), length_of(xyz[2]));
 }
 
-
 inline int whole_number(const io::JsonNode& node, int smallest, int largest) {
   node.number_between(smallest, largest);
   return node.integer();
 }
+
+/// The list "deform" of an object.
+std::vector<Deformation> read_deformations(const io::JsonNode& node);
 
 }  // namespace kappamu::render

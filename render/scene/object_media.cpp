@@ -125,14 +125,14 @@ io::VolumeSet colour_channels(const io::VolumeSet& set, const std::string& file)
   return colours;
 }
 
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
-                              std::vector<std::string>& warnings) {
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,
+                              const TriangleMesh& mesh, std::vector<std::string>& warnings) {
   if (const auto* alike = std::get_if<HomogeneousMaterial>(&object.material))
     return homogeneous(*alike);
   const auto* volume = std::get_if<VolumeMaterial>(&object.material);
   if (volume != nullptr && volume->placement != VolumeMaterial::Placement::shell) {
     const std::filesystem::path file = io::find_volume(volume->volume);
-    return media_of(io::read_volume(file), object, bounding_box(mesh).sizes(), file.string());
+    return media_of(io::read_volume(file), object, bounding_box(rest).sizes(), file.string());
   }
   try {
     const NamedField made = make_field(object.material, mesh);

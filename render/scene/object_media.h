@@ -20,11 +20,12 @@ struct ObjectMedia {
   std::string source;         ///< a file, or a citation
 };
 
-/// `mesh` is the object [mm], its box centred at the origin. Reads the volume, if any.
+/// A volume lies in the box of `rest`, the object before its deformations [mm], which is centred at
+/// the origin; a shell lies below the surface of `mesh`, the object as it is.
 /// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
 /// serves all three), an object smaller than a voxel, what a field's maker refuses.
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
-                              std::vector<std::string>& warnings);
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,
+                              const TriangleMesh& mesh, std::vector<std::string>& warnings);
 
 /// R, G, B of a volume in this order, or its single channel; `file` names it. Throws InputError
 /// where there are other channels only.

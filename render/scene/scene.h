@@ -15,6 +15,7 @@
 
 #include "core/options/options.h"
 #include "render/colour.h"
+#include "render/deform/deformation.h"
 
 namespace kappamu::render {
 
@@ -99,6 +100,9 @@ struct Fur {
 struct SceneObject {
   std::string name;
   std::variant<std::filesystem::path, std::string> shape;  ///< a mesh file, or a named shape
+  /// A mesh file whose box is fitted to `size_mm` and the origin instead: one of a sequence.
+  std::optional<std::filesystem::path> fitted_as;
+  std::vector<double> morph;         ///< weights of a glTF mesh's morph targets
   std::optional<double> proportion;  ///< of a named shape (core/mesh/shapes.h)
   /// Of the bounding box: its longest edge, the shape keeping its proportions; or all three.
   std::variant<double, Eigen::Vector3d> size_mm = 1.0;
@@ -108,6 +112,7 @@ struct SceneObject {
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;
+  std::vector<Deformation> deform;     ///< of the mesh that the fields above make, in this order
   int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
   std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
 };
@@ -204,5 +209,8 @@ std::vector<std::filesystem::path> files_of(const Scene& scene);
 
 /// Throws InputError naming file, field and fix.
 Scene read_scene(const std::filesystem::path& file);
+/// Of a text that stands for the file; messages name the file and `which` of its texts it is.
+Scene read_scene(const std::string& text, const std::filesystem::path& file,
+                 const std::string& which);
 
 }  // namespace kappamu::render

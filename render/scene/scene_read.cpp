@@ -17,6 +17,7 @@ namespace {
 using Node = io::JsonNode;
 using Eigen::Vector3d;
 
+constexpr const char* page = "docs/scene.md";
 constexpr double largest_light = 1e6;
 
 Finish read_finish(const Node& node) {
@@ -61,12 +62,14 @@ Fur read_fur(const Node& node) {
 }
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"name", "size_mm", "material"}, {"mesh", "shape", "proportion", "position_mm",
-                                                       "turn_deg", "surface", "polycube", "fur"});
+  node.expect_fields({"name", "size_mm", "material"},
+                     {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm",
+                      "turn_deg", "surface", "polycube", "fur", "deform"});
   SceneObject object = read_solid(node, folder);
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   if (node.has("fur")) object.fur = read_fur(node["fur"]);
+  if (node.has("deform")) object.deform = read_deformations(node["deform"]);
   return object;
 }
 
@@ -200,8 +203,9 @@ ModelChoice read_model(const Node& node) {
 
 }  // namespace
 
-Scene read_scene(const std::filesystem::path& file) {
-  const io::JsonDocument document(file, "docs/scene.md", io::JsonComments::allowed);
+namespace {
+
+Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& file) {
   const Node root = document.root();
   root.expect_fields({"format", "version", "objects", "lights", "camera", "film"}, {"model"});
   root.expect_format("kappamu-scene");
@@ -228,8 +232,6 @@ Scene read_scene(const std::filesystem::path& file) {
   return scene;
 }
 
-namespace {
-
 void add_files(const Material& material, std::vector<std::filesystem::path>& files) {
   if (const auto* volume = std::get_if<VolumeMaterial>(&material)) files.push_back(volume->volume);
   const auto* composed = std::get_if<std::shared_ptr<const ComposedMaterial>>(&material);
@@ -245,11 +247,23 @@ void add_files(const Material& material, std::vector<std::filesystem::path>& fil
 
 }  // namespace
 
+Scene read_scene(const std::filesystem::path& file) {
+  return scene_of({file, page, io::JsonComments::allowed}, file);
+}
+
+Scene read_scene(const std::string& text, const std::filesystem::path& file,
+                 const std::string& which) {
+  return scene_of(
+      io::JsonDocument::of_text(text, file.string() + which, page, io::JsonComments::allowed),
+      file);
+}
+
 std::vector<std::filesystem::path> files_of(const Scene& scene) {
   std::vector<std::filesystem::path> files{scene.file};
   for (const SceneObject& object : scene.objects) {
     if (const auto* mesh = std::get_if<std::filesystem::path>(&object.shape))
       files.push_back(*mesh);
+    if (object.fitted_as) files.push_back(*object.fitted_as);
     add_files(object.material, files);
     if (object.polycube) files.push_back(*object.polycube);
   }

@@ -10,8 +10,8 @@
 #include <numbers>
 #include <string>
 
-#include "core/chromophores.h"
 #include "core/random.h"
+#include "forward/lateral/chromophores.h"
 #include "io/npy.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"

@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/scene/frames.h"
 #include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
 #include "render/scene/published_materials.h"
@@ -51,7 +52,14 @@ json full_scene() {
        "material": {"volume": "run", "placement": "mirror", "turn_deg": [0, 0, 45], "offset_mm": [1, 0, 0]},
        "surface": {"eta": 1.4, "roughness": 0}, "polycube": "a.polycube.json"},
       {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
-       "material": {"published": "whole milk"}},
+       "material": {"published": "whole milk"},
+       "deform": [
+         {"kind": "pull", "mm": 1, "axis": [0, 2, 0], "brush": {"centre_mm": [0, 0, 2], "radius_mm": 3, "edge": 0.5}},
+         {"kind": "dent", "mm": -1, "brush": {"centre_mm": [0, 0, 2], "radius_mm": 3}},
+         {"kind": "twist", "degrees": 30, "axis": [1, 0, 0], "centre_mm": [0, 0, 1], "length_mm": 5},
+         {"kind": "bend", "degrees": 10, "axis": [0, 1, 0], "towards": [0, 0, 1], "length_mm": 9},
+         {"kind": "inflate", "mm": 0.1}, {"kind": "scale", "factor": 0.9},
+         {"kind": "noise", "mm": 0.2, "wavelength_mm": 3, "offset_mm": [1, 0, 0], "seed": 7}]},
       {"name": "c", "shape": "sphere", "size_mm": 5,
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
@@ -177,6 +185,25 @@ std::vector<Edited> bad_scenes() {
        "objects[2].fur.reflectance is 'phong'"},
       {"seven bands", [](json& s) { s["objects"][2]["fur"]["bands"] = 7; },
        "objects[2].fur.bands is 7"},
+      {"a deformation of no kind", [](json& s) { s["objects"][1]["deform"][0].erase("kind"); },
+       "objects[1].deform[0] has no field 'kind'"},
+      {"an unknown deformation", [](json& s) { s["objects"][1]["deform"][4]["kind"] = "melt"; },
+       "objects[1].deform[4].kind is 'melt'"},
+      {"a pull of nothing in particular",
+       [](json& s) { s["objects"][1]["deform"][0].erase("brush"); },
+       "objects[1].deform[0].brush is missing"},
+      {"a twist in mm", [](json& s) { s["objects"][1]["deform"][2]["mm"] = 3; },
+       "objects[1].deform[2].mm is an unknown field"},
+      {"a scale of nothing", [](json& s) { s["objects"][1]["deform"][5]["factor"] = 0; },
+       "objects[1].deform[5].factor is 0"},
+      {"a bend along its axis",
+       [](json& s) {
+         s["objects"][1]["deform"][3]["towards"] = {0, -2, 0};
+       },
+       "objects[1].deform[3] bends along its axis", false},
+      {"a soft edge wider than the brush",
+       [](json& s) { s["objects"][1]["deform"][0]["brush"]["edge"] = 2; },
+       "objects[1].deform[0].brush.edge is 2"},
       {"no such material", [](json& s) { s["objects"][1]["material"]["published"] = "gold"; },
        "whole milk", false},
       {"negative absorption",
@@ -215,6 +242,12 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(scene.objects[1].proportion, 0.2);
   const auto& lab = std::get<HomogeneousMaterial>(scene.objects[2].material);
   EXPECT_DOUBLE_EQ(lab.kappa_mm[1], 1.0 / (3.0 * 2.01));
+  ASSERT_EQ(scene.objects[1].deform.size(), 7U);
+  EXPECT_EQ(scene.objects[1].deform[0].axis, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(scene.objects[1].deform[0].brush->edge, 0.5);
+  EXPECT_EQ(scene.objects[1].deform[2].kind, DeformKind::twist);
+  EXPECT_EQ(scene.objects[1].deform[2].length_mm, 5.0);
+  EXPECT_EQ(scene.objects[1].deform[6].seed, 7U);
   ASSERT_TRUE(scene.objects[2].fur);
   EXPECT_EQ(scene.objects[2].fur->tile(), 5.0);
   EXPECT_EQ(scene.objects[2].fur->comb, Eigen::Vector3d::UnitX());
@@ -268,6 +301,12 @@ TEST_F(SceneFile, ScenesOfTheGalleryAreRead) {
     ++count;
   }
   EXPECT_GE(count, 5U);
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(KAPPAMU_SOURCE_DIR) + "/scenes/frames")) {
+    const std::filesystem::path scenes = entry.path().parent_path().parent_path();
+    const Frames frames(scenes / entry.path().filename(), entry.path());
+    for (int i = 0; i < frames.count(); ++i) EXPECT_NO_THROW(frames.scene(i)) << entry.path();
+  }
 }
 
 TEST_F(SceneFile, NewSceneOfARunNamesItsVolume) {
