@@ -179,7 +179,7 @@ NamedField make_field(const Material& material, const TriangleMesh& mesh) {
     object.name = "part";
     object.material = material;
     std::vector<std::string> warnings;
-    const ObjectMedia media = make_object_media(object, mesh, warnings);
+    const ObjectMedia media = make_object_media(object, mesh, mesh, warnings);
     return {std::make_unique<SolidField>(media), media.eta, media.source};
   }
   const std::filesystem::path file = io::find_volume(volume->volume);
