@@ -57,9 +57,9 @@ class LiveModel {
   virtual double beam_spacing_mm() const { return 0.0; }
   virtual Answer solve(const LightOfChannels& light) = 0;
 
-  /// The body's mesh, surface and rays are of another shape of the same triangles. Where the model
-  /// cannot follow it has to be made anew; `former` is what that one may start from. Catching up
-  /// takes some `most_ms` at most, as far as the model can bound it.
+  /// The body's mesh, surface and rays are of another shape of the same triangles. Catching up
+  /// takes some `most_ms` at most, as far as the model can bound it. False: the model cannot follow
+  /// and has to be made anew.
   virtual bool follow(double /*most_ms*/) { return false; }
   /// Whether answers are of the shape as it is, and not of one that is still to be caught up with.
   virtual bool caught_up() const { return true; }

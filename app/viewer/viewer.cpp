@@ -140,6 +140,7 @@ class Viewer {
       live_.show(*answer_);
       canvas_.set_geometry(corners_.geometry());
     }
+    if (answer_->model_changed) state_.model = answer_->model;
     shaping_.take(*answer_);
     if (options_.script && !answer_->shape_refused.empty()) {
       throw InputError(options_.script->string() + ": " + answer_->shape_refused);

@@ -167,6 +167,7 @@ void LiveScene::start(const std::string& model, const OptionValues& parameters) 
 
 void LiveAnswer::take_over(LiveAnswer& earlier) {
   moved.merge(earlier.moved);
+  model_changed = model_changed || earlier.model_changed;
   if (shape_refused.empty()) shape_refused = earlier.shape_refused;
 }
 
@@ -182,17 +183,25 @@ void LiveScene::follow(std::size_t object, std::vector<Eigen::Vector3d> vertices
   }
   answer.moved[object] = vertices;
   solved_->move(object, std::move(vertices));
-  solvers_[object]->follow(shape, answer);
+  try {
+    solvers_[object]->follow(shape, answer);
+  } catch (const InputError&) {
+    // As a block that is none any more: another model answers.
+    start(live_models(*solved_).front(), {});
+    answer.model = model_;
+    answer.model_changed = true;
+    answer.mode = "on the fly";
+  }
   if (!shape.moving) light_from_sky(object);
 }
 
 void LiveScene::set_shapes(const ShapeQuestion& shape, LiveAnswer& answer) {
   const Stopwatch watch;
   for (const auto& [object, asked] : shape.of) {
-    const Solver& solver = *solvers_[object];
-    const bool rough = !solver.middles.empty() || !solver.caught_up();
+    const WorldObject& lit = solved().objects()[object];
+    const bool rough = !solvers_[object]->middles.empty() || !solvers_[object]->caught_up();
     if (asked == shape_[object] && (shape.moving || !rough)) continue;
-    const TriangleMesh& rest = solver.lit.rest;
+    const TriangleMesh& rest = lit.rest;
     shape_[object] = asked;
     TriangleMesh mesh;
     try {
@@ -200,7 +209,7 @@ void LiveScene::set_shapes(const ShapeQuestion& shape, LiveAnswer& answer) {
       mesh = known ? deformed(rest, asked) : deformed_body(rest, asked);
       if (!shape.moving) accepted_[object] = asked;
     } catch (const InputError& refusal) {
-      answer.shape_refused = "object '" + solver.lit.name + "': " + refusal.what();
+      answer.shape_refused = "object '" + lit.name + "': " + refusal.what();
       shape_[object] = accepted_[object];
       mesh = deformed(rest, accepted_[object]);
     }

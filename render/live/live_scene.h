@@ -58,6 +58,7 @@ struct LiveAnswer {
   double shape_ms = 0.0;  ///< moving vertices, and what the model needs to follow
   /// Of objects whose vertices are others than in the answer before, as they are now.
   std::map<std::size_t, std::vector<Eigen::Vector3d>> moved{};
+  bool model_changed = false;  ///< `model` answers from now on, as another had to give up the shape
   std::string shape_refused{};  ///< why shapes are as they were; empty: they are those asked for
   std::string mode = "static";  ///< or "incremental", or "on the fly" ([M] 5.5)
   bool caught_up = true;        ///< not, where most_ms was too little

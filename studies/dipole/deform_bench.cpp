@@ -49,7 +49,7 @@ std::vector<Object> objects(Size size) {
   noise.wavelength_mm = 5.0;
   std::vector<Object> all{
       {"candle twisted", "candle", 0.42, 41, 60.0, {along_z(DeformKind::twist, 180.0)}},
-      {"candle twisted", "candle", 0.42, 87, 60.0, {along_z(DeformKind::twist, 180.0)}},
+      {"candle twisted", "candle", 0.42, 59, 60.0, {along_z(DeformKind::twist, 180.0)}},
       {"cube with a bump",
        "cube",
        0.0,
@@ -64,7 +64,7 @@ std::vector<Object> objects(Size size) {
        40.0,
        {brushed(DeformKind::dent, 4.0, {13.2, 0.0, 6.8}, 9.0)}},
       {"rod bent", "cylinder", 0.3, 60, 50.0, {along_z(DeformKind::bend, 100.0)}},
-      {"ring in noise", "torus", 0.34, 200, 40.0, {noise}}};
+      {"ring in noise", "torus", 0.34, 139, 40.0, {noise}}};
   if (size == Size::quick) all.resize(1);
   return all;
 }
