@@ -87,10 +87,12 @@ void check_codes(const Session& session, const std::filesystem::path& path,
     throw InputError(
         path.string() + ": the frame holds code " + std::to_string(largest) +
         (has_file(session) ? ", " + shown_session(session) + " says camera.bit_depth = "
-                           : ", another photograph has codes of fewer bits: ") +
+                           : ", the photograph of the longest exposure fits into fewer bits: ") +
         std::to_string(session.camera.bit_depth) + ", that is at most " + std::to_string(top) +
-        (has_file(session) ? "; correct bit_depth or store the codes unshifted."
-                           : "; save all with the same number of bits, as the camera gave them."));
+        (has_file(session)
+             ? "; correct bit_depth or store the codes unshifted."
+             : "; correct the exposure times, or save all with the same number of bits, "
+               "as the camera gave them."));
   }
 }
 

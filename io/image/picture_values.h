@@ -24,7 +24,7 @@ CodePicture read_codes(const std::filesystem::path& file, const SizeCheck& expec
 /// Whether a TIFF's first page holds floats (SampleFormat; TIFF 6.0, section 19).
 bool is_float_tiff(std::span<const std::byte> bytes);
 
-/// The floats of such a TIFF, of 16, 32 or 64 bits. Throws as read_float_image() (image_file.h).
+/// The floats of such a TIFF, of 16 or 32 bits. Throws as read_float_image() (image_file.h).
 Image<float> read_tiff_floats(const std::filesystem::path& file, std::vector<std::byte>& bytes,
                               const SizeCheck& expected);
 
