@@ -17,7 +17,8 @@ Image<float> load_codes(const capture::Session& session, const capture::Frame& f
 
 Image<float> load_linear(const capture::Session& session, const capture::Frame& frame,
                          const capture::Radiometry& radiometry) {
-  if (capture::is_float_frame(frame)) return to_grey(capture::load_float_frame(session, frame));
+  if (capture::is_float_frame(session, frame))
+    return to_grey(capture::load_float_frame(session, frame));
   const Image<std::uint16_t> codes = capture::load_frame(session, frame);
   Image<float> image(codes.width(), codes.height(), codes.channels());
   for (std::size_t k = 0; k < codes.size(); ++k) {

@@ -171,7 +171,8 @@ template <class Act>
 auto with_frames(const Session& session, const Stack& stack, const Radiometry& radiometry,
                  const Act& act) {
   const auto unchanged = [](HdrImage image) { return image; };
-  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float_frame)) {
+  const auto is_float = [&](const Frame& frame) { return is_float_frame(session, frame); };
+  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float)) {
     std::vector<ExposedFloatFrame> frames;
     for (const Frame& frame : stack) {
       frames.push_back({load_float_frame(session, frame), frame.exposure_s});

@@ -9,6 +9,7 @@
 #include "capture/session/filled_border.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/shown_text.h"
 #include "io/image/image_file.h"
 #include "io/image/orientation.h"
 
@@ -66,6 +67,16 @@ void check_shape(const Session& session, const std::filesystem::path& path,
         std::to_string(session.channels.size()) + (has_file(session) ? " in channels" : "") +
         "; make the two agree.");
   }
+  if (frame.bits == 8 && session.camera.bit_depth > 8) {
+    throw InputError(
+        path.string() + ": the frame is stored with 8 bits per channel, " +
+        (has_file(session)
+             ? shown_session(session) +
+                   " says camera.bit_depth = " + std::to_string(session.camera.bit_depth) +
+                   "; correct bit_depth, or save the frame again as the camera gave it."
+             : "another photograph with 16; save all with the same number of bits, as "
+               "the camera gave them."));
+  }
 }
 
 void check_codes(const Session& session, const std::filesystem::path& path,
@@ -76,10 +87,12 @@ void check_codes(const Session& session, const std::filesystem::path& path,
     throw InputError(
         path.string() + ": the frame holds code " + std::to_string(largest) +
         (has_file(session) ? ", " + shown_session(session) + " says camera.bit_depth = "
-                           : ", another photograph has bits: ") +
+                           : ", the photograph of the longest exposure fits into fewer bits: ") +
         std::to_string(session.camera.bit_depth) + ", that is at most " + std::to_string(top) +
-        (has_file(session) ? "; correct bit_depth or store the codes unshifted."
-                           : "; give photographs of one camera and setting."));
+        (has_file(session)
+             ? "; correct bit_depth or store the codes unshifted."
+             : "; correct the exposure times, or save all with the same number of bits, "
+               "as the camera gave them."));
   }
 }
 
@@ -98,8 +111,8 @@ std::string shown_session(const Session& session) {
   return (std::filesystem::exists(file, ignored) ? file : session.folder).string();
 }
 
-bool is_float_frame(const Frame& frame) {
-  return lower_extension(frame.file) == ".exr";
+bool is_float_frame(const Session& session, const Frame& frame) {
+  return io::is_float_image(session.folder / frame.file);
 }
 
 bool is_headerless(const Camera& camera, const std::filesystem::path& file) {
@@ -161,6 +174,8 @@ Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
 }
 
 Image<float> load_float_frame(const Session& session, const Frame& frame) {
+  // Codes of 8 or more bits, as RAW converters may write them, are beyond it.
+  constexpr float most_full_scales = 16.0F;
   const std::filesystem::path path = existing_path(session, frame);
   Image<float> image = io::read_float_image(
       path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
@@ -172,12 +187,18 @@ Image<float> load_float_frame(const Session& session, const Frame& frame) {
         path.string() + ": the value at pixel (" + std::to_string(pixel % image.width()) + ", " +
         std::to_string(pixel / image.width()) + ") is not finite; write the frame again.");
   }
+  const float largest = *std::max_element(image.values().begin(), image.values().end());
+  if (largest > most_full_scales) {
+    throw InputError(path.string() + ": the frame holds " + shown_number(largest, "%.4g") +
+                     ", and 1 is where the sensor saturates; divide its values by those at "
+                     "saturation.");
+  }
   return io::turned(std::move(image), orientation_of(session));
 }
 
 Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
   const int top = largest_code(session.camera);
-  if (is_float_frame(frame)) {
+  if (is_float_frame(session, frame)) {
     const Image<float> linear = load_float_frame(session, frame);
     Image<std::uint16_t> codes(linear.width(), linear.height(), linear.channels());
     std::transform(

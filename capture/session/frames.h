@@ -19,16 +19,16 @@ inline int largest_code(const Camera& camera) {
 /// otherwise, the one in its folder or else the folder.
 std::string shown_session(const Session& session);
 
-/// Whether the frame is a linear float image (.exr) rather than code values.
-bool is_float_frame(const Frame& frame);
+/// Whether the frame is a picture of linear floats (EXR, float TIFF) rather than code values.
+bool is_float_frame(const Session& session, const Frame& frame);
 
-/// Code values 0 ... largest_code, [y][x][channel], the session's channels. EXR frames hold linear
-/// light as fractions of full scale; here they are rounded to codes (no black level) and cut to the
-/// range. Frames are turned by the camera's orientation, if any; RAW frames are demosaiced
+/// Code values 0 ... largest_code, [y][x][channel], the session's channels. Float frames hold
+/// linear light as fractions of full scale; here they are rounded to codes (no black level) and cut
+/// to the range. Frames are turned by the camera's orientation, if any; RAW frames are demosaiced
 /// bilinearly, linear, black not subtracted. Where the camera's encoding is a response, borders
 /// that software filled in are saturated (filled_border.h). Throws InputError naming the file if it
-/// is missing, truncated, of another size or number of channels than the session tells, or holds
-/// codes beyond the bit depth.
+/// is missing, truncated, of another size or number of channels than the session tells, stored with
+/// 8 bits though the camera has more, or holds codes beyond the bit depth.
 Image<std::uint16_t> load_frame(const Session& session, const Frame& frame);
 
 /// Codes that no interpolation has touched, for statistics of black and noise: of a RAW frame the
@@ -51,8 +51,8 @@ Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern
 /// session's white level is taken.
 io::RawImage load_raw_frame(const Session& session, const Frame& frame);
 
-/// An EXR frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws
-/// as load_frame() does, and for values that are not finite.
+/// A float frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws
+/// as load_frame() does, and for values that are not finite or far beyond saturation.
 Image<float> load_float_frame(const Session& session, const Frame& frame);
 
 }  // namespace kappamu::capture

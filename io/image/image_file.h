@@ -23,15 +23,16 @@ Image<std::uint16_t> read_code_image(const std::filesystem::path& file,
 /// The same over the largest code of the file's 8 or 16 bits: 0 ... 1.
 Image<float> read_relative_image(const std::filesystem::path& file);
 
-/// Whether the name ends like a picture of linear floats (.exr, .hdr).
+/// Whether the file is a picture of linear floats: its name ends in .exr or .hdr, or it is a TIFF
+/// of floats.
 bool is_float_image(const std::filesystem::path& file);
 
-/// Linear EXR or Radiance picture: R, G, B, or one channel of grey. Of an EXR's parts and layers
-/// the one that holds R, G, B (if there are several, the one without a name of its own, "rgb",
-/// "rgba", "beauty" or "combined"), else grey (Y, L, luminance, ...); the display window, black
-/// where the data window does not reach. Of a Radiance picture the radiance, exposure and colour
-/// correction taken out. Throws InputError naming the file, and the channels where none of them is
-/// light; for deep EXR, luminance/chroma EXR and cube maps.
+/// Linear EXR, Radiance or float TIFF picture: R, G, B, or one channel of grey. Of an EXR's parts
+/// and layers the one that holds R, G, B (if there are several, the one without a name of its own,
+/// "rgb", "rgba", "beauty" or "combined"), else grey (Y, L, luminance, ...); the display window,
+/// black where the data window does not reach. Of a Radiance picture the radiance, exposure and
+/// colour correction taken out. Throws InputError naming the file, and the channels where none of
+/// them is light; for deep EXR, luminance/chroma EXR and cube maps.
 Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {});
 
 /// PNG or TIFF by the file's extension (.png, .tif, .tiff), one or three channels, lossless.

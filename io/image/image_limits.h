@@ -20,6 +20,7 @@ struct ImageSize {
   int width = 0;     ///< [px]
   int height = 0;    ///< [px]
   int channels = 0;  ///< without alpha
+  int bits = 0;      ///< of a stored code; 0: unknown, or floats
 };
 
 /// What the caller of a reader expects: throws InputError naming the file where `claimed` is

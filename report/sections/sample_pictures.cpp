@@ -52,7 +52,7 @@ Window around(const std::array<Eigen::Vector2d, 4>& corners, int width, int heig
 /// The photograph in grey, as shown; code values of a response are near what a screen wants.
 Image<float> photograph(const capture::Session& session, const capture::Frame& frame) {
   Image<float> image;
-  if (capture::is_float_frame(frame)) {
+  if (capture::is_float_frame(session, frame)) {
     image = capture::load_float_frame(session, frame);
   } else {
     const Image<std::uint16_t> codes = capture::load_frame(session, frame);

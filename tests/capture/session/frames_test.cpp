@@ -146,6 +146,15 @@ TEST_F(Frames, ExrFramesAreLinearFractionsOfFullScale) {
   EXPECT_THAT(error_of("nan.exr"), HasSubstr("pixel (3, 2) is not finite"));
 }
 
+TEST_F(Frames, NumbersOfAnotherScaleAreRefusedByTheirCause) {
+  io::write_image(path("narrow.png"), Image<std::uint8_t>(40, 30, 3, 90));
+  EXPECT_THAT(error_of("narrow.png"),
+              AllOf(HasSubstr("narrow.png: the frame is stored with 8 bits per channel"),
+                    HasSubstr("another photograph with 16")));
+  io::write_float_image(path("codes.exr"), Image<float>(40, 30, 3, 3000.0F));
+  EXPECT_THAT(error_of("codes.exr"), HasSubstr("holds 3000, and 1 is where the sensor saturates"));
+}
+
 TEST_F(Frames, AStackSaturatedThroughoutNamesFilePatternAndFix) {
   io::write_image(path("a.png"), Image<std::uint16_t>(40, 30, 3, 4095));
   io::write_image(path("b.png"), Image<std::uint16_t>(40, 30, 3, 4095));

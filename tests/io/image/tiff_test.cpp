@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 
 #include "io/image/image_file.h"
+#include "io/image/oiio_input.h"
 #include "io/image/photo_settings.h"
 #include "io/image/raw_file.h"
 #include "tests/io/image/plain_exr.h"
@@ -123,6 +125,45 @@ TEST_F(Tiff, OtherColoursAreRefusedByName) {
   EXPECT_THAT(refusal({Page{32803, 0, 4, 2, 1}}), HasSubstr("mosaic"));
 }
 
+/// Values k / 8 of three channels, of a type and order of planes.
+template <class Value>
+std::vector<unsigned char> written(const char* planes, int width = 5) {
+  OIIO::ImageSpec spec(width, 3, 3, OIIO::BaseTypeFromC<Value>::value);
+  spec.attribute("planarconfig", planes);
+  std::vector<Value> pixels;
+  for (int k = 0; k < width * 3 * 3; ++k) pixels.push_back(static_cast<Value>(k / 8.0));
+  return encode_image("tiff", spec, pixels.data(), "a.tif");
+}
+
+TEST_F(Tiff, FloatsAreLinearLightAndPlanesAreReadInOrder) {
+  const auto file = folder_ / "a.tif";
+  for (const char* planes : {"contig", "separate"}) {
+    const auto floats = written<float>(planes);
+    write_bytes_atomically(file, std::as_bytes(std::span(floats)));
+    ASSERT_TRUE(is_float_image(file));
+    const Image<float> image = read_float_image(file);
+    for (int k = 0; k < 45; ++k) ASSERT_EQ(image(k / 3 % 5, k / 15, k % 3), k / 8.0F) << planes;
+    const auto codes = written<std::uint16_t>(planes);
+    write_bytes_atomically(file, std::as_bytes(std::span(codes)));
+    EXPECT_FALSE(is_float_image(file));
+    EXPECT_EQ(read_code_image(file)(4, 2, 1), 43 / 8) << planes;
+  }
+}
+
+TEST_F(Tiff, OtherNumbersAreRefusedByName) {
+  const auto refusal_of = [&](const std::vector<unsigned char>& bytes) {
+    write_bytes_atomically(folder_ / "a.tif", std::as_bytes(std::span(bytes)));
+    return sentence_of([&] { read_code_image(folder_ / "a.tif"); });
+  };
+  EXPECT_THAT(refusal_of(written<std::int16_t>("contig")),
+              HasSubstr("a.tif: holds signed whole numbers of 16 bits; save it with 8 or 16 bits"));
+  EXPECT_THAT(refusal_of(written<std::uint32_t>("contig")), HasSubstr("numbers of 32 bits"));
+  EXPECT_THAT(refusal_of(written<float>("contig")), HasSubstr("floats of 32 bits"));
+  refusal_of(written<double>("contig"));
+  EXPECT_THAT(sentence_of([&] { read_float_image(folder_ / "a.tif"); }),
+              HasSubstr("floats of 64 bits; save it with 32"));
+}
+
 TEST_F(Tiff, ExposureComesFromIfd0OrTheShutterSpeed) {
   const Tag exposure{33434, 5, {1, 10}}, speed{37377, 10, {4, 1}}, turned{274, 3, {6}};
   EXPECT_EQ(read_photo_settings(write({Page{1, 0, 4, 2, 1, {exposure}}})).exposure_s, 0.1);
@@ -170,6 +211,11 @@ TEST_F(Tiff, RawOfAGreySensorIsReadWithoutAMosaic) {
   EXPECT_EQ(grey.black[0], 64.0);
   EXPECT_EQ(grey.white, 65000);
   EXPECT_EQ(grey.mosaic.values(), colour.mosaic.values());
+  Page repeated = dng(true, {{50713, 3, {2, 2}}});
+  for (Tag& tag : repeated.more) {
+    if (tag.number == 50714) tag.values = {100, 110, 120, 130};
+  }
+  EXPECT_EQ(read_raw(write({repeated}, "a.dng")).black, (std::array<double, 3>{100, 115, 130}));
   Page linear = dng(false, {});
   linear.samples = 3;
   const auto file = write({linear}, "a.dng");
