@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "core/error.h"
@@ -36,11 +37,19 @@ std::array<int, 3> split(const GridShape& shape, int light_axis, int ranks) {
 
 }  // namespace
 
+void require_countable(std::size_t numbers) {
+  if (numbers <= static_cast<std::size_t>(std::numeric_limits<PetscInt>::max())) return;
+  throw InputError(std::to_string(numbers) +
+                   " unknowns are more than this PETSc counts; build with one of 64-bit integers "
+                   "(Debian: libpetsc64-real-dev)");
+}
+
 BlockPieces::BlockPieces(MPI_Comm comm, const GridSetup& whole)
     : comm_(comm), whole_(whole), piece_(whole) {
   MPI_Comm_rank(comm, &rank_);
   MPI_Comm_size(comm, &ranks_);
   const GridShape& s = whole.shape;
+  require_countable(s.cells());
   const auto parts = split(s, axis_of(whole.lit_face), ranks_);
   petsc(DMDACreate3d(comm, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DMDA_STENCIL_STAR,
                      s.nx, s.ny, s.nz, parts[0], parts[1], parts[2], 1, 1, nullptr, nullptr,

@@ -30,6 +30,9 @@ struct Box {
   }
 };
 
+/// Throws InputError where a vector over all ranks has more numbers than PETSc's integers count.
+void require_countable(std::size_t numbers);
+
 class BlockPieces {
  public:
   /// Throws InputError, on every rank, where the block has fewer columns than there are ranks.

@@ -31,6 +31,28 @@ PieceField& cast(BatchField& field) {
   return const_cast<PieceField&>(cast(std::as_const(field)));
 }
 
+/// Unless PETSC_OPTIONS says otherwise. hypre's BoomerAMG with the parallel coarsening and the
+/// short interpolation that need least memory (docs/distributed.md, "Solver").
+void set_usual_options() {
+  const auto usual = [](const char* name, const char* value) {
+    PetscBool given = PETSC_FALSE;
+    petsc(PetscOptionsHasName(nullptr, nullptr, name, &given));
+    if (given == PETSC_FALSE) petsc(PetscOptionsSetValue(nullptr, name, value));
+  };
+#ifdef PETSC_HAVE_HYPRE
+  usual("-kappamu_pc_type", "hypre");
+  usual("-kappamu_pc_hypre_type", "boomeramg");
+  usual("-kappamu_pc_hypre_boomeramg_strong_threshold", "0.5");
+  usual("-kappamu_pc_hypre_boomeramg_coarsen_type", "HMIS");
+  usual("-kappamu_pc_hypre_boomeramg_interp_type", "ext+i");
+  usual("-kappamu_pc_hypre_boomeramg_P_max", "4");
+  usual("-kappamu_pc_hypre_boomeramg_agg_nl", "1");
+#else
+  usual("-kappamu_pc_type", "gamg");
+  usual("-kappamu_pc_gamg_threshold", "0.01");
+#endif
+}
+
 class DistributedSolver final : public GridSolver {
  public:
   explicit DistributedSolver(std::shared_ptr<const BlockPieces> pieces)
@@ -102,6 +124,7 @@ class DistributedSolver final : public GridSolver {
 };
 
 void DistributedSolver::make_krylov() {
+  set_usual_options();
   petsc(KSPCreate(pieces_->comm(), krylov_.receive()));
   KSP krylov = krylov_.get();
   petsc(KSPSetOptionsPrefix(krylov, "kappamu_"));
@@ -111,9 +134,6 @@ void DistributedSolver::make_krylov() {
   petsc(KSPSetDM(krylov, pieces_->grid()));
   petsc(KSPSetDMActive(krylov, PETSC_FALSE));
   petsc(KSPSetOperators(krylov, matrix_.get(), matrix_.get()));
-  PC preconditioner = nullptr;
-  petsc(KSPGetPC(krylov, &preconditioner));
-  petsc(PCSetType(preconditioner, PCGAMG));
   petsc(KSPSetFromOptions(krylov));
 }
 
@@ -304,7 +324,6 @@ std::vector<double> DistributedSolver::weighted_sums(const BatchField& phi,
     pieces_->for_own([&](std::size_t i, std::size_t k) { sum += weight[i] * values[k]; });
     sums.push_back(sum);
   }
-  pieces_->sum(sums);
   return sums;
 }
 
