@@ -111,6 +111,9 @@ class Objective {
   /// not converge or coefficients leave the range of floating point. Keeps what gradient() needs.
   double value(const CoefficientPair& fields);
 
+  /// The next value() solves, whatever was solved before: of pieces of one block, all must.
+  void forget() { fluence_.clear(); }
+
   /// Residual that adjoint and tangent solves may leave, relative to their own right-hand sides;
   /// that of Backend::solve at first.
   void set_derivative_tolerance(double tolerance);
