@@ -23,8 +23,8 @@ inline constexpr double photon_noise_midway = 2.0;
 /// Decreases in a row too small to go on: a single short step is often followed by a long one.
 inline constexpr int few_decreases = 2;
 /// Of Σ w d²: what a step must explain of data whose pixels share errors, half a square of the 1e-4
-/// that these are of the light where they are least (studies/notes/fit-path.md, "Steps that
-/// photographs cannot tell").
+/// that these are of the light where they are least (studies/notes/fit-path.md, "Steps
+/// smaller than the errors of photographs").
 inline constexpr double least_of_light = 5e-9;
 /// Times target_chi2: r of a volume that was further from its data is not that of one which
 /// explains them (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
@@ -42,21 +42,20 @@ inline constexpr double start_certain = 0.25;
 inline constexpr int most_starts = 8;
 /// χ² per value above which stopping there is worth a warning (docs/theory.md, 4).
 inline constexpr double suspicious_chi2 = 1.5;
-/// Of a block thinner than this [transport mean free paths] what passes has hardly scattered.
+/// Of a block thinner than this [transport mean free paths] most of the light passes unscattered.
 inline constexpr double thinnest = 1.5;
 
-namespace valley {  // uncertainty/valley.h
-/// Deviations along the valley over the spread of log κ within the layer where most is found (light
-/// that turns back leaves deep ones even), and over that of the layers' means, which steady light
-/// determines least. These, how much further log μ goes and how much more is missed of the truth
-/// than of the fit were measured on the population's seeds 41 to 55 and the paper's samples
-/// (docs/theory.md, 5).
+namespace shared_deviation {  // uncertainty/shared_deviation.h
+/// Deviation of log κ over the spread of log κ within the layer of most contrast, and over the
+/// spread of the layers' means; deviation of log μ over that of log κ; change by unresolved
+/// structure of the truth over that of the fit. Measured on seeds 41 to 55 of the population and on
+/// the paper's samples (docs/theory.md, 5).
 inline constexpr double share_within_layer = 0.5;
 inline constexpr double share_of_means = 2.0;
 inline constexpr double mu_over_kappa = 3.5;
 inline constexpr double missed_kappa_of_truth = 3.0;
 inline constexpr double missed_mu_of_truth = 2.0;
-}  // namespace valley
+}  // namespace shared_deviation
 
 namespace local_information {  // uncertainty/local_information.h
 /// Deviation of the Gaussian mean over voxels of a layer [voxels]: few probes make the sensitivity.
@@ -68,9 +67,10 @@ namespace point_spread {  // uncertainty/point_spread.h
 inline constexpr double half_found = 0.5;
 }  // namespace point_spread
 
-namespace summary {                                 // uncertainty/uncertainty_summary.cpp
-inline constexpr double undetermined_factor = 2.0;  // a coefficient known no better says little
-inline constexpr double decided_by_data = 0.5;  // resolution below which the smoothing has the say
+namespace summary {  // uncertainty/uncertainty_summary.cpp
+inline constexpr double undetermined_factor =
+    2.0;  // beyond it a coefficient is reported as undetermined
+inline constexpr double decided_by_data = 0.5;  // resolution below which the smoothing dominates
 inline constexpr double trading = 0.5;          // correlation from which κ and μ trade
 }  // namespace summary
 
@@ -104,10 +104,16 @@ inline constexpr double calibration_spread = 0.01;
 inline constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
 /// The same of what volumes find: what grid, prior and calibration leave.
 inline constexpr double volume_shift_spread = 0.04;
-/// VolumeErrors::paid_for_scale beyond which values are too high. Right data pay as much in one of
-/// 200 blocks, those of a factor of 1.2 in most (studies/notes/fit-choices.md).
-inline constexpr double most_paid = 0.15;
-/// Coarser voxels tell the same for an eighth of the solves, if there are enough.
+/// VolumeErrors::scale_gain beyond which values are reported as too high. Right data exceed it in
+/// one of 200 blocks, data 1.2 times too high in most (studies/notes/fit-choices.md).
+inline constexpr double most_scale_gain = 0.15;
+/// Steps of conjugate gradients for the volume's check; those after which a scale is given up, and
+/// the gain below which it is. Of 92 blocks that end above 0.15 all but one exceed 0.05 after 16
+/// steps (studies/notes/fit-choices.md).
+inline constexpr int most_steps = 48;
+inline constexpr int early_steps = 16;
+inline constexpr double least_early_gain = 0.03;
+/// Voxels of twice the edge give the same result for an eighth of the work, if there are enough.
 inline constexpr int enough_voxels = 8;
 /// Below, the block is even enough across the light to ask for its refractive index; the indices
 /// that are tried, and what counts as the same.
@@ -124,10 +130,11 @@ inline constexpr double tolerated_misfit = 0.05;
 /// Where it starts, and what no fit goes below.
 inline constexpr double usual_heterogeneity = 0.3;
 inline constexpr double least_heterogeneity = 1e-3;
-/// Spread of log scale and, over the face's extent, of the shift: for light that tells neither.
+/// Prior deviation of log scale and, over the face's extent, of the shift: for light that
+/// determines neither.
 inline constexpr double scale_spread = 1.0;
 inline constexpr double free_shift_spread = 0.25;
-/// Beyond, the scale or the shift is no slip of a rig but a fit gone astray.
+/// Beyond, the fit has diverged.
 inline constexpr double largest_log_scale = 2.5;
 inline constexpr double largest_shift = 0.25;  ///< of the face's extent
 }  // namespace scale_and_shift
@@ -189,7 +196,7 @@ inline constexpr int block_edge = 4;
 namespace notes {  // validation/notes.h
 /// A rim that masks leave out is known from beside it.
 inline constexpr double much_unseen = 0.2;  // of the seen face
-/// Voxels so small tell no more than larger ones (docs/limits.md, "The fit").
+/// Voxels so small resolve no more than larger ones (docs/limits.md, "The fit").
 inline constexpr double fine_voxel = 0.2;     // of a mean free path
 inline constexpr double advised_voxel = 0.5;  // the same
 inline constexpr int fewest_voxels = 4;       // that the advice leaves across the block
@@ -214,7 +221,7 @@ inline constexpr std::uint64_t fewest_photons = 1 << 14;  // of each pattern
 inline constexpr std::uint64_t most_photons = 1 << 22;
 /// Variance of a smoothed pixel over its datum's: smoothing goes no further.
 inline constexpr double tolerated_noise = 0.25;
-/// Relative deviation tolerated where no datum says what is.
+/// Relative deviation tolerated where there is no datum.
 inline constexpr double unseen_noise = 0.1;
 /// What of a slope its regression may leave unexplained; photons of the ratio over a slope's.
 inline constexpr double slope_misfit = 0.1;

@@ -188,11 +188,11 @@ std::string name_of(int layers) {
 class Search {
  public:
   Search(const GridLevels& levels, double kappa, double mu, const Correction& correction,
-         const ModelSearchOptions& options, const std::function<void(const std::string&)>& tell)
+         const ModelSearchOptions& options, const std::function<void(const std::string&)>& on_trial)
       : levels_(levels),
         correction_(correction),
         options_(options),
-        tell_(tell),
+        on_trial_(on_trial),
         best_{{0}, {std::log(kappa)}, {std::log(mu)}} {}
 
   ModelSearch run() {
@@ -277,7 +277,7 @@ class Search {
     return tried(grid, with_layers(best_, layers, grid.depth()));
   }
   SimpleFit tried(Level& grid, const LayeredMedium& start) {
-    tell_(name_of(start.layers()));
+    on_trial_(name_of(start.layers()));
     SimpleFit fit = grid.fit(start);
     search_.trials.push_back(fit.trial);
     best_ = fit.medium;
@@ -287,7 +287,7 @@ class Search {
   const GridLevels& levels_;
   const Correction& correction_;
   const ModelSearchOptions& options_;
-  const std::function<void(const std::string&)>& tell_;
+  const std::function<void(const std::string&)>& on_trial_;
   LayeredMedium best_;  ///< of the last trial, in slices of the grid at hand
   ModelSearch search_;
 };
@@ -296,8 +296,8 @@ class Search {
 
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
                                  const Correction& correction, const ModelSearchOptions& options,
-                                 const std::function<void(const std::string&)>& tell) {
-  return Search(levels, kappa, mu, correction, options, tell).run();
+                                 const std::function<void(const std::string&)>& on_trial) {
+  return Search(levels, kappa, mu, correction, options, on_trial).run();
 }
 
 }  // namespace kappamu::inverse

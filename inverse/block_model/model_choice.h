@@ -60,9 +60,9 @@ struct ModelSearchOptions {
 
 /// `kappa` [mm] and `mu` [1/mm] are where to start, `correction` is r there on the coarsest grid. A
 /// model that the coarse grids reject is not tried on the finer ones, nor fitted to the end there,
-/// unless it is asked for. `tell` is called before each trial with what is tried.
+/// unless it is asked for. `on_trial` is called before each trial with what is tried.
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
                                  const Correction& correction, const ModelSearchOptions& options,
-                                 const std::function<void(const std::string&)>& tell);
+                                 const std::function<void(const std::string&)>& on_trial);
 
 }  // namespace kappamu::inverse

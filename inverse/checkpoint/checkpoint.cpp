@@ -43,7 +43,7 @@ std::span<const std::byte> unseal(std::span<const std::byte> bytes, std::uint64_
   if (found_format != format) throw InputError("is damaged or no checkpoint");
   if (found_version != version) throw InputError("is damaged or of another version of kappamu");
   const std::span<const std::byte> state = bytes.subspan(header_bytes);
-  if (size != state.size()) throw InputError("is damaged: its length is not what it says");
+  if (size != state.size()) throw InputError("is damaged: its length is not the one stated");
   if (sum != checksum(bytes.first(checksum_at), state)) {
     throw InputError("is damaged: its checksum does not match");
   }

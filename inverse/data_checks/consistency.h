@@ -1,8 +1,8 @@
-// Whether the data can be what they claim to be. A volume absorbs a wrong absolute scale, a wrong
-// refractive index and much of a shift between light and images into κ and μ, and its residuals
-// never tell. A homogeneous block cannot: what scale and shift suit it best, and how far patterns
-// agree on them, is asked of every fit (scale_and_shift.h). Where a volume was fitted, the
-// roughness that it paid for a shift or for values too high reveals more (volume_errors.h).
+// Whether absolute scale, refractive index and pose of the data are right. κ and μ of voxels absorb
+// a wrong scale, a wrong index and much of a shift between light and images, and the residuals do
+// not show it. A homogeneous block cannot absorb them: every fit first finds the scale and shift
+// that suit such a block best, with their spread between patterns (scale_and_shift.h). The
+// roughness of a fitted volume then gives finer estimates (volume_errors.h).
 #pragma once
 
 #include <cstddef>
@@ -33,18 +33,17 @@ struct Consistency {
   /// Refractive index with which a homogeneous block explains the data, where it does not with the
   /// one stated.
   std::optional<double> other_eta;
-  /// What the fitted volume shows, where one was asked [the problem's voxels].
+  /// By the fitted volume, if there is one [voxels of the problem].
   std::optional<VolumeErrors> by_volume;
   SolveCount solves;
 
-  /// Its shift goes in place of the block's, which stays where both report one: it is no matter of
-  /// derivatives.
+  /// The volume's shift replaces the block's, except where both are significant.
   void set_by_volume(const VolumeErrors& found);
   /// By the block, or values too high by the volume.
   bool scale_is_wrong() const;
   bool block_scale_is_wrong() const;
-  /// By the volume, where no shift makes it look so. Of values too low there is no such sign:
-  /// absorption and layers take up all of them.
+  /// By the volume, unless a shift explains it. Values that are too low cannot be detected, because
+  /// absorption and layers explain them.
   bool is_too_bright() const;
   bool is_shifted() const;
 };
@@ -71,8 +70,8 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
 /// A sentence for each finding but a shift: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
 
-/// The least shifted of the channels checked, where every one is shifted: images and light lie
-/// apart alike in all of them, while what the block's structure adds grows with absorption.
+/// The least shifted of the channels checked, if every one is shifted. A true shift is the same in
+/// all channels; what structure adds to it grows with absorption.
 std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels);
 
 /// Of values too high (is_too_bright()): by how much, and what to check.

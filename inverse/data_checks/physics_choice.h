@@ -1,6 +1,6 @@
-// Whether diffusion is good enough for a block: it is where transport finds much the same
-// homogeneous one in the data. How far off diffusion's light is tells less: of structured blocks
-// 3.5 mean free paths thick it is by 1 %, and κ by 40 % (studies/notes/fit-choices.md).
+// Whether diffusion is accurate enough for a block: whether transport finds nearly the same
+// homogeneous block in the data. The error of diffusion's light is no criterion: on structured
+// blocks 3.5 mean free paths thick it is 1 %, that of κ 40 % (studies/notes/fit-choices.md).
 #pragma once
 
 #include <string>

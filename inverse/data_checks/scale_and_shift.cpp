@@ -51,7 +51,7 @@ class Exposure final : private Residuals {
 
   CoefficientPair fields() const { return fields(medium(at_.p)); }
 
-  /// From where the last call ended, whose derivatives another correction does not change.
+  /// Continues from the end of the last call. Its Jacobian is reused: another r changes it little.
   ExposureFit run(const ModelError& model_error) {
     at_.residual = residual(at_.p);
     if (at_.residual.size() == 0) throw InputError("the diffusion solver fails at the start");
@@ -129,12 +129,12 @@ class Exposure final : private Residuals {
     return residual(here_.log_map, p);
   }
 
-  /// Heterogeneity and weights that the residuals suggest.
+  /// Updates the heterogeneity from the residuals; weights with it.
   Eigen::VectorXd weights(const Eigen::VectorXd& residual) override {
     double square = 0.0;
     double sum = 0.0;
     for (std::size_t k = 0; k < used_.size(); ++k) {
-      // Bright, precise data would otherwise decide alone.
+      // Without the heterogeneity the brightest data would dominate.
       const double w = 1.0 / (noise_[k] + heterogeneity_ * heterogeneity_);
       square +=
           w * (residual[static_cast<Eigen::Index>(k)] * residual[static_cast<Eigen::Index>(k)] -
@@ -185,7 +185,7 @@ class Exposure final : private Residuals {
     }
   }
 
-  /// Spread between patterns of what each pulls the parameters to.
+  /// Covariance of the parameters from the scatter of the gradient between patterns.
   Eigen::MatrixXd sandwich() const {
     const int patterns = objective_.problem().patterns;
     Eigen::MatrixXd pull = Eigen::MatrixXd::Zero(at_.p.size(), patterns);

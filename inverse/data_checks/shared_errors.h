@@ -1,6 +1,6 @@
-// Whether a fit's residuals are what the stated errors that pixels share let them be
-// (smooth_error.h). χ² of all values cannot tell: the mean of the light and its longest waves are a
-// handful among thousands, and may be fifty of their deviations off.
+// Whether a fit's residuals agree with the stated errors that pixels share (smooth_error.h). χ² of
+// all values is no test of it: the mean of the light and its longest waves are a few values among
+// thousands, so that χ² hides errors of fifty of their standard deviations.
 #pragma once
 
 #include <string>

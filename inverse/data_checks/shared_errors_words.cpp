@@ -1,4 +1,4 @@
-// What SharedErrors says, in numbers and clauses.
+// SharedErrors as text.
 #include <cmath>
 
 #include "core/shown_text.h"

@@ -21,8 +21,8 @@ using namespace defaults::volume_errors;
 
 /// Columns: shifts along u and v, and the logarithm of the scale where it can be known.
 constexpr Eigen::Index shifts = 2, scale = 2;
-/// Share of S that the last step of conjugate gradients may still have taken away: of a scale's S,
-/// of which the volume absorbs all but thousandths, each step takes little.
+/// Share of S by which the last step of conjugate gradients may still lower it. The volume absorbs
+/// nearly all of a scale, so each step lowers its S by little.
 constexpr std::array<double, shifts + 1> small_change{0.01, 0.01, 0.001};
 
 /// Derivatives of `root_weight` times the prediction by shifts along u and v [voxels] and by the
@@ -107,8 +107,8 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
       const double left = s(k, k) - step.energy;
       // Until bᵀ H⁻¹ b grows by less than a share of what FᵀF is above it.
       return step.gain < small_change[static_cast<std::size_t>(k)] * left ||
-             (++taken == steps.telling && k == scale &&
-              fall(pull[k] + step.x.dot(rise), left) < steps.hardly_paid * rough.value);
+             (++taken == steps.early && k == scale &&
+              fall(pull[k] + step.x.dot(rise), left) < steps.least_gain * rough.value);
     };
     solutions.push_back(
         conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian.product(z); },
@@ -132,7 +132,7 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
     found.log_scale = estimate(scale);
     const Estimate& f = *found.log_scale;
     if (rough.value > 0.0) {
-      found.paid_for_scale = fall(f.value, f.error * f.error) / rough.value;
+      found.scale_gain = fall(f.value, f.error * f.error) / rough.value;
     }
   }
   return found;

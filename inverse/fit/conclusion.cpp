@@ -45,7 +45,7 @@ std::optional<std::string> no_scattering(const Medium& medium) {
          "them for almost pure absorbers.";
 }
 
-std::optional<std::string> hardly_scatters(const Medium& medium, const forward::GridSetup& setup) {
+std::optional<std::string> thin_block(const Medium& medium, const forward::GridSetup& setup) {
   double mean = 0.0;
   for (const double kappa : medium.kappa.values()) {
     mean += kappa / static_cast<double>(medium.kappa.size());
@@ -53,9 +53,9 @@ std::optional<std::string> hardly_scatters(const Medium& medium, const forward::
   const double paths = setup.thickness_mm() / (3.0 * mean);
   if (paths >= defaults::thinnest) return std::nullopt;
   return formatted(
-      "The block is %.1f transport mean free paths thick: what passes has hardly scattered, so "
-      "that "
-      "mu is weakly determined, and both coefficients hold for isotropic scattering alone. Measure "
+      "The block is %.1f transport mean free paths thick: much of the light passes unscattered, "
+      "so that mu is weakly determined, and both coefficients hold for isotropic scattering alone. "
+      "Measure "
       "a thicker block.",
       paths);
 }
@@ -71,7 +71,7 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
   if (report.physics == Physics::diffusion) {
     warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
   } else {
-    for (const auto& sentence : {no_scattering(medium), hardly_scatters(medium, setup)}) {
+    for (const auto& sentence : {no_scattering(medium), thin_block(medium, setup)}) {
       if (sentence) warnings.push_back(*sentence);
     }
   }

@@ -53,8 +53,8 @@ void begin_continued(FitRun& run, const Continuation& from) {
   run.renew_correction(run.state.fields);
 }
 
-/// The homogeneous block, what it says of the data, and the model: a volume begins on the coarsest
-/// grid, a model of few unknowns is the result.
+/// Homogeneous block, checks of the data, choice of the model. A volume begins on the coarsest
+/// grid; a model of few unknowns is the result.
 void begin(FitRun& run) {
   const PathOptions& path = run.options.path;
   const GridLevels& levels = run.grid.levels();

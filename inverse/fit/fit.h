@@ -88,9 +88,9 @@ struct ChannelFit {
   Medium medium;
   /// [M][v][u], unit of SurfaceMeasurements::value, r included.
   std::vector<float> prediction;
-  /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
-  /// voxel alone, in standard deviations per unit of log. Empty unless they or deviations are
-  /// asked for.
+  /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: sensitivity
+  /// to the voxel alone, in standard deviations of the data per unit of log. Empty unless
+  /// sensitivities or deviations are asked for.
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
   Correction correction;  ///< r at the end

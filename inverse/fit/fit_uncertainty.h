@@ -1,6 +1,7 @@
 // How far fitted coefficients can be trusted, once the fits of all channels have ended: volumes of
-// one material share one contrast (inverse/uncertainty/valley.h); homogeneous and layered blocks
-// have few unknowns, so that C = (JᵀWJ + P)⁻¹ is exact, P being the weak prior of model_layers.h.
+// one material share one contrast (inverse/uncertainty/shared_deviation.h); homogeneous and layered
+// blocks have few unknowns, so that C = (JᵀWJ + P)⁻¹ is exact, P being the weak prior of
+// model_layers.h.
 #pragma once
 
 #include <optional>
@@ -11,7 +12,7 @@
 
 namespace kappamu::inverse {
 
-/// By the widest of the volumes' valley_deviation() and the most that one misses: channels are of
+/// By the widest of the volumes' contrast_deviation() and the most that one misses: channels are of
 /// one material, and light that is absorbed early finds too little of its contrast (docs/theory.md,
 /// 5).
 SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit);

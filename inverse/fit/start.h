@@ -14,8 +14,9 @@ namespace kappamu::inverse {
 /// coarsest grid, which is open. Throws InputError for data that no fit can start from.
 HomogeneousFit find_start(FitRun& run);
 
-/// Tries the models of few unknowns from the homogeneous start; the one that was asked for or that
-/// the data do not reject. The report says why; what the data rejected is in FitState::simpler.
+/// Tries the models of few unknowns from the homogeneous start; returns the one that was asked for
+/// or that the data do not reject, with the reason in the report. Rejected ones are in
+/// FitState::simpler.
 std::optional<SimpleFit> choose_simple_model(FitRun& run);
 
 /// `simple` is the fit's volume, on the finest grid, with its words.

@@ -34,8 +34,8 @@ std::vector<Sum> pooled(const std::vector<Sum>& sums, const std::vector<int>& sa
   return means;
 }
 
-/// A band's matrix as variances and correlations: few samples tell the one, which fall steeply from
-/// band to band, and the other hardly changes.
+/// A band's matrix as variances and correlations. Variances fall steeply from band to band and need
+/// few samples; correlations change slowly and are pooled over more bands.
 LateralBlocks blocks_of(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
                         double ridge) {
   std::vector<Eigen::VectorXd> squares;

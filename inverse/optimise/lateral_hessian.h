@@ -17,7 +17,7 @@ std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::
 
 /// The lateral waves of g of one frequency band are as many samples of that band's matrix; bands
 /// with fewer samples than rows borrow from their neighbours. `ridge` times a block's mean diagonal
-/// is added to it: few samples do not tell its smallest eigenvalues from zero.
+/// is added to it, because few samples do not determine its smallest eigenvalues.
 LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space,
                              double ridge = 1e-3);
 

@@ -54,9 +54,9 @@ struct LevenbergMarquardtOptions {
   int most_steps = 25;
   double longest_step = 1.0;  ///< of any unknown
   int cheap_columns = 0;      ///< the last ones of a Jacobian, which cost no solve
-  /// A step that keeps little of its promise is bent back into the valley it left, at the cost of
-  /// one more evaluation (geodesic acceleration, Transtrum & Sethna 2012), if by less than this
-  /// share of its length.
+  /// A step that keeps little of its promise is bent back towards the curved minimum line it left,
+  /// at the cost of one more evaluation (geodesic acceleration, Transtrum & Sethna 2012), if by
+  /// less than this share of its length.
   double most_bend = 0.0;
 };
 
@@ -69,7 +69,7 @@ struct LevenbergMarquardtReport {
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& weight,
                               const LinearPrior& prior);
 
-/// Minimises Σ w r² + prior from at.p, where at.residual must be known, until `next` says so. The
+/// Minimises Σ w r² + prior from at.p, where at.residual must be known, until `next` ends it. The
 /// Jacobian is asked for where at.jacobian is empty or a step disappoints; Broyden's update makes
 /// it good for the steps between.
 LevenbergMarquardtReport levenberg_marquardt(

@@ -97,7 +97,7 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
 
 class Objective {
  public:
-  /// The solver may have fallen back to the serial reference: warning() says so.
+  /// The solver may have fallen back to the serial reference: warning() reports it.
   Objective(Problem problem, Backend backend, DataTermOptions data_term = {});
 
   /// Its weights count what of r's noise remains in single data.
@@ -138,11 +138,10 @@ class Objective {
   /// Of the last value(): the weight of each datum there, under a robust loss too.
   const std::vector<double>& root_weight() const { return data_term_.root_weight; }
 
-  /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
-  /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
-  /// value() then is and leaves gradient() ready.
-  /// Of r by photons the slope may be renewed too, by four walks in place of one; otherwise it
-  /// keeps the slope that it had, if any.
+  /// Sets r from one solve on the finer grid at `fields`, every voxel split, and by photons there
+  /// if asked. The number of photons follows the noise of the data, or their misfit if that is
+  /// larger. Returns value() with the new r; gradient() is ready. With PhotonSlope::renewed four
+  /// walks in place of one also give the slope of r; otherwise r keeps its slope, if any.
   enum class PhotonSlope { kept, renewed };
   double refresh_correction(const Refinement& refinement, const CoefficientPair& fields,
                             PhotonSlope photon_slope = PhotonSlope::kept);

@@ -162,8 +162,8 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
       in_words(found.report.layers) +
       formatted(
           " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such structure miss "
-          "known truths whatever the noise: steady light hardly tells one from the other, and "
-          "what is too fine to be resolved changes it too.",
+          "known truths whatever the noise: steady light determines one against the other weakly, "
+          "and unresolved structure changes it.",
           100.0 * shared.log_kappa, 100.0 * shared.log_mu);
   found.report.shared = shared;
   return found;

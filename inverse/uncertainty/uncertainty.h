@@ -2,7 +2,7 @@
 // ½ χ² + α R, linearised there,
 //     C = (JᵀWJ + α R″)⁻¹,
 // the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹. What that means,
-// and what the data do not say, is in docs/theory.md, section 5.
+// and what the data leave undetermined, is in docs/theory.md, section 5.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/prior.h"
-#include "inverse/uncertainty/valley.h"
+#include "inverse/uncertainty/shared_deviation.h"
 
 namespace kappamu::inverse {
 
@@ -43,8 +43,8 @@ struct LayerUncertainty {
 
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;   ///< from the seen face down
-  std::string sentence;                   ///< the layers in words: where the data say what
-  std::optional<SharedDeviation> shared;  ///< within (valley.h); of a volume alone
+  std::string sentence;                   ///< summary of the layers
+  std::optional<SharedDeviation> shared;  ///< included (shared_deviation.h); volumes only
   int solves = 0;                         ///< batched ones that this cost
   double seconds = 0.0;
 };
@@ -79,7 +79,7 @@ Basis prior_metric(const Prior& prior, const MediumSpace& space);
 
 /// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
 /// the `sensitivity` there (local_information.h); beside it in both deviations what C cannot know,
-/// `shared` (valley.h).
+/// `shared` (shared_deviation.h).
 Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, Face seen_face,
                                  const LateralBlocks& blocks, const CoefficientPair& sensitivity,
                                  const SharedDeviation& shared);
@@ -87,7 +87,7 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);
 
-/// What the layers say, for a person: best and worst layer of each coefficient, where the data do
+/// Summary of the layers: best and worst layer of each coefficient, where the data do
 /// not determine it to a factor of two, where the smoothing decides, and where κ trades against μ.
 std::string in_words(const std::vector<LayerUncertainty>& layers);
 

@@ -64,7 +64,7 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
   return formatted(
       "%.0f %% of the seen face is measured under no pattern (masks): beneath it kappa "
       "and mu are what neighbours and smoothing make of them. Photograph it, or trust "
-      "them as far as std_kappa and std_mu say.",
+      "them only within std_kappa and std_mu.",
       100.0 * share);
 }
 

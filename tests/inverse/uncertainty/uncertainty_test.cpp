@@ -1,5 +1,5 @@
-// The posterior's variances against dense matrices, never above the prior, and the valley beside
-// them.
+// The posterior's variances against dense matrices, never above the prior, and the shared deviation
+// beside them.
 #include "inverse/uncertainty/uncertainty.h"
 
 #include <gmock/gmock.h>
@@ -163,7 +163,7 @@ TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing)
   EXPECT_LT(found.log_kappa[seen], 0.01) << "the layer's say is all there";
 }
 
-TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
+TEST(ContrastDeviation, IsAShareOfTheContrastWithinAndBetweenLayers) {
   const GridShape shape{6, 5, 4, 0.5};
   const auto deviation = [&](double within, double between, Face lit) {
     Volume<double> kappa(shape);
@@ -175,7 +175,7 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
         }
       }
     }
-    return valley_deviation(kappa, lit);
+    return contrast_deviation(kappa, lit);
   };
   EXPECT_NEAR(deviation(0.0, 0.0, Face::z_minus), 0.0, 1e-7) << "an even block has none";
   const double within = deviation(0.1, 0.0, Face::z_minus);
@@ -187,13 +187,14 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
   EXPECT_NEAR(deviation(0.1, 0.0, Face::x_minus), between, 1e-9) << "layers lie across the depth";
 }
 
-TEST(SharedDeviation, IsTheValleyAndWhatIsMissed) {
-  const SharedDeviation valley = shared_deviation(0.1, {});
-  EXPECT_DOUBLE_EQ(valley.log_kappa, 0.1);
-  EXPECT_GT(valley.log_mu, valley.log_kappa);
+TEST(SharedDeviation, AddsContrastAndUnresolvedStructure) {
+  const SharedDeviation contrast = shared_deviation(0.1, {});
+  EXPECT_DOUBLE_EQ(contrast.log_kappa, 0.1);
+  EXPECT_GT(contrast.log_mu, contrast.log_kappa);
   const SharedDeviation missed = shared_deviation(0.1, {0.05, -0.2});
-  EXPECT_GT(missed.log_kappa, std::hypot(valley.log_kappa, 0.05)) << "more is missed of the truth";
-  EXPECT_GT(missed.log_mu, std::hypot(valley.log_mu, 0.2));
+  EXPECT_GT(missed.log_kappa, std::hypot(contrast.log_kappa, 0.05))
+      << "more is missed of the truth";
+  EXPECT_GT(missed.log_mu, std::hypot(contrast.log_mu, 0.2));
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
