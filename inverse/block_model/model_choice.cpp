@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
-#include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/settle_correction.h"
@@ -120,18 +119,6 @@ class Level {
   CoefficientPair fields(const LayeredMedium& medium) const {
     return to_fields(medium, objective_.space());
   }
-  /// log κ of the layers, then log μ.
-  static Eigen::VectorXd unknowns(const LayeredMedium& medium) {
-    Eigen::VectorXd p(2 * medium.layers());
-    std::copy(medium.log_kappa.begin(), medium.log_kappa.end(), p.begin());
-    std::copy(medium.log_mu.begin(), medium.log_mu.end(), p.begin() + medium.layers());
-    return p;
-  }
-  static LayeredMedium with_unknowns(LayeredMedium medium, const Eigen::VectorXd& p) {
-    medium.log_kappa.assign(p.begin(), p.begin() + medium.layers());
-    medium.log_mu.assign(p.begin() + medium.layers(), p.end());
-    return medium;
-  }
   /// χ² per value with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {
     CoefficientPair at = fields(medium);
@@ -165,21 +152,6 @@ class Level {
   Refinement refinement_;
   CoefficientPair corrected_at_;  ///< where r was made; empty before the first
 };
-
-/// Unknowns of `many` layers from those of `few`, whose borders are among theirs.
-Eigen::MatrixXd copies(const LayeredMedium& many, const LayeredMedium& few) {
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * many.layers(), 2 * few.layers());
-  int to = 0;
-  for (int from = 0; from < many.layers(); ++from) {
-    const auto next = static_cast<std::size_t>(to) + 1;
-    if (next < few.first.size() && many.first[static_cast<std::size_t>(from)] >= few.first[next]) {
-      ++to;
-    }
-    matrix(from, to) = 1.0;
-    matrix(many.layers() + from, few.layers() + to) = 1.0;
-  }
-  return matrix;
-}
 
 std::string name_of(int layers) {
   return layers == 1 ? "a homogeneous block" : std::to_string(layers) + " layers";

@@ -14,6 +14,19 @@
 
 namespace kappamu::inverse {
 
+/// log κ of the layers, then log μ; and the medium of other values for them.
+Eigen::VectorXd unknowns(const LayeredMedium& medium);
+LayeredMedium with_unknowns(LayeredMedium medium, const Eigen::VectorXd& unknowns);
+
+/// Unknowns of `many` layers from those of `few`, whose borders are among theirs.
+Eigen::MatrixXd copies(const LayeredMedium& many, const LayeredMedium& few);
+
+/// Neighbouring layers of `medium` joined, most alike first, while that is expected to raise χ² by
+/// no more than `allowance` altogether. `normal`: JᵀWJ by the unknowns, at a minimum of χ². To
+/// second order; fit the result anew.
+LayeredMedium merge_layers(const LayeredMedium& medium, const Eigen::MatrixXd& normal,
+                           double allowance);
+
 /// Values of every voxel.
 CoefficientPair to_fields(const LayeredMedium& medium, const MediumSpace& space);
 
@@ -66,10 +79,10 @@ class LayerFitter final : private Residuals {
   /// Residuals where it is now.
   const Eigen::VectorXd& evaluate();
   CoefficientPair fields(const Eigen::VectorXd& p) const;
-  LayeredMedium medium(const Eigen::VectorXd& p) const;
+  LayeredMedium medium(const Eigen::VectorXd& p) const { return with_unknowns(start_, p); }
 
   Objective& objective_;
-  std::vector<int> first_;
+  LayeredMedium start_;
   std::vector<std::size_t> used_;  ///< data with weight
   LinearPrior prior_;
   LeastSquaresState at_;  ///< p: log κ of the layers, then log μ; Jacobian [used][p]

@@ -24,7 +24,7 @@ class Exposure final : private Residuals {
   Exposure(Objective& objective, const LayeredMedium& start)
       : objective_(objective),
         face_(objective.problem().seen_shape()),
-        first_(start.first),
+        start_(start),
         layers_(start.layers()),
         prior_(layer_prior(start)) {
     const Problem& problem = objective.problem();
@@ -38,9 +38,7 @@ class Exposure final : private Residuals {
     }
     if (used_.empty()) throw InputError("no datum stands three standard deviations above zero");
     at_.p = Eigen::VectorXd::Zero(2 * layers_ + 3);
-    at_.p.head(layers_) = Eigen::Map<const Eigen::VectorXd>(start.log_kappa.data(), layers_);
-    at_.p.segment(layers_, layers_) =
-        Eigen::Map<const Eigen::VectorXd>(start.log_mu.data(), layers_);
+    at_.p.head(2 * layers_) = unknowns(start);
     const Eigen::Index rows = prior_.rows.rows();
     prior_.rows.conservativeResizeLike(Eigen::MatrixXd::Zero(rows + 3, at_.p.size()));
     prior_.rows(rows, 2 * layers_) = 1.0 / scale_spread;
@@ -97,10 +95,7 @@ class Exposure final : private Residuals {
            b * ((1 - a) * value(v1, u0) + a * value(v1, u1));
   }
 
-  LayeredMedium medium(const Eigen::VectorXd& p) const {
-    return {first_, std::vector<double>(p.data(), p.data() + layers_),
-            std::vector<double>(p.data() + layers_, p.data() + 2 * layers_)};
-  }
+  LayeredMedium medium(const Eigen::VectorXd& p) const { return with_unknowns(start_, p); }
   CoefficientPair fields(const LayeredMedium& of) const {
     return to_fields(of, objective_.space());
   }
@@ -224,7 +219,7 @@ class Exposure final : private Residuals {
 
   Objective& objective_;
   FaceShape face_;
-  std::vector<int> first_;
+  LayeredMedium start_;
   Eigen::Index layers_;
   LinearPrior prior_;
   LeastSquaresState at_;  ///< p: log κ and log μ of the layers, log scale, shift in u and v
