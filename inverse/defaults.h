@@ -146,6 +146,25 @@ inline constexpr double heterogeneity = 0.3;
 /// Largest last step [log units] of what leads to the end, and there.
 inline constexpr double interim_tolerance = 2e-2;
 inline constexpr double step_tolerance = 1e-3;
+/// Longest step [log units] (studies/notes/fit-choices.md, "One Levenberg-Marquardt").
+inline constexpr double longest_step = 1.5;
+/// Significance of a datum: one in a thousand dark pixels exceeds it.
+inline constexpr double above_noise_deviations = 3.0;
+/// Of log κ and log μ for the Jacobian: a solve on a grid is right to 1e-4.
+inline constexpr double difference = 0.03;
+/// Pixels of all patterns that the search reads, its least number along an edge, and the fewest
+/// data above noise before more are read. They bound the search's time to a second.
+inline constexpr double enough_pixels = 8000.0;
+inline constexpr int least_side = 6;
+inline constexpr std::size_t least_used = 200;
+/// Table of starts: κ over the thickness and 3κμ, from juice to marble (Jensen et al. 2001) at any
+/// size of block; descents from its lowest places.
+inline constexpr int rows = 16, columns = 11;
+inline constexpr std::size_t most_descents = 6;
+inline constexpr double first_kappa = 1e-3, last_kappa = 3.0;
+inline constexpr double first_share = 1e-5, last_share = 0.6;
+/// Descents of every place, each with the prior's weight that the last left.
+inline constexpr int prior_rounds = 4;
 }  // namespace homogeneous
 
 namespace systematic_error {  // block_model/systematic_error.h
@@ -174,6 +193,18 @@ inline constexpr double most_kept = 3.0;
 }  // namespace layers
 
 namespace model_choice {  // block_model/model_choice.h
+/// Share of the stated variance that a misfit may have: 0.22 standard deviations, E = 5e-6 at 1 %
+/// noise (docs/theory.md, 4). Rise of χ² per value that fewer layers may cost.
+inline constexpr double tolerated = 0.05;
+inline constexpr double tolerated_rise = 0.01;
+inline constexpr int most_layers = 16;
+/// Largest error of the data, relative to them, that is taken for systematic; deviation of every
+/// error common to all pixels; largest structure_ratio() of residuals without structure, and the
+/// draws that it is compared with. Measured by `inverse_test --gtest_filter='SystematicError.*'`.
+inline constexpr double most_systematic = 0.015;
+inline constexpr double common_error = 0.01;
+inline constexpr double most_structure = 2.8;
+inline constexpr int draws = 8;
 /// A refreshed correction that moves χ² by less than this share needs no further descent.
 inline constexpr double settled = 0.003;
 inline constexpr int most_corrections = 4;

@@ -38,7 +38,7 @@ class Level {
 
   int depth() const { return objective_.space().depth(); }
   std::size_t used() const { return objective_.problem().used(); }
-  int most_layers() const { return std::min(depth(), options_.most_layers); }
+  int most_layers() const { return std::min(depth(), defaults::model_choice::most_layers); }
   const SolveCount& solves() const { return objective_.solves(); }
 
   /// r at `medium` is known.
@@ -54,7 +54,7 @@ class Level {
     found.medium = start;
     if (refinement_.photons) {
       const double far = options_.asked == Model::automatic
-                             ? far_off * chi2_limit(used(), options_.tolerated)
+                             ? far_off * chi2_limit(used(), tolerated)
                              : std::numeric_limits<double>::infinity();
       double lowest = std::numeric_limits<double>::infinity();
       settle_correction(unknowns(start), settled_move, most_by_transport,
@@ -90,14 +90,14 @@ class Level {
     trial.level = level_;
     trial.chi2_per_value = evidence.chi2_per_value;
     trial.coherent = evidence.coherent();
-    trial.coherent_limit = coherent_limit(evidence, options_.tolerated);
-    trial.rejected = !not_rejected(evidence, options_.tolerated);
+    trial.coherent_limit = coherent_limit(evidence, tolerated);
+    trial.rejected = !not_rejected(evidence, tolerated);
     simple.medium = std::move(found.medium);
     if (level_ == 0) {
       simple.systematic = estimate_systematic_error(
           objective_.problem(), {simple.prediction, simple.correction.ratio, !refinement_.photons});
       const ErrorCovariance errors(objective_.problem(), simple.prediction, simple.systematic,
-                                   options_.common_error);
+                                   common_error);
       simple.slope = fitter.slope_covariance(errors);
       simple.residual = fitter.residual_without_common(errors);
     }
@@ -107,12 +107,11 @@ class Level {
   /// Whether what `last`, fitted last, leaves beyond noise is error of the data and no structure.
   bool unstructured(const SimpleFit& last) {
     const SystematicError& error = last.systematic;
-    if (error.excess > options_.most_systematic) return false;
+    if (error.excess > most_systematic) return false;
     const Problem& problem = objective_.problem();
-    constexpr int draws = 8;
     const ErrorCovariance errors(problem, last.prediction, error, 0.0);
     return structure_ratio(objective_, last.residual, errors, draws, options_.seed) <=
-           options_.most_structure;
+           most_structure;
   }
 
  private:
@@ -142,7 +141,7 @@ class Level {
   double useful() const {
     // Where r is by photons it is not right before the model is fitted to the end.
     const bool screens = level_ > 0 && options_.asked == Model::automatic && !refinement_.photons;
-    return screens ? chi2_limit(used(), options_.tolerated) : 0.0;
+    return screens ? chi2_limit(used(), tolerated) : 0.0;
   }
 
   const ModelSearchOptions& options_;
@@ -213,8 +212,8 @@ class Search {
       const ChanceRise chance =
           chance_rise(all.normal, all.slope, copies(all.medium, fewer.medium));
       const double rise = used * (fewer.trial.chi2_per_value - all.trial.chi2_per_value);
-      return rise <= 2.0 * options_.tolerated_rise * used + chance.mean +
-                         chance_deviations * chance.deviation;
+      return rise <=
+             2.0 * tolerated_rise * used + chance.mean + chance_deviations * chance.deviation;
     };
     if (options_.asked != Model::layered && needless(search_.rejected.front())) {
       search_.rejected.pop_back();
@@ -226,7 +225,7 @@ class Search {
     }
     // (H⁻¹ S H⁻¹)⁻¹: what apart are errors of the data does not keep layers apart.
     const Eigen::MatrixXd certain = all.normal * solve_symmetric(all.slope, all.normal);
-    const LayeredMedium fewer = merge_layers(all.medium, certain, options_.tolerated_rise * used);
+    const LayeredMedium fewer = merge_layers(all.medium, certain, tolerated_rise * used);
     if (fewer.layers() == all.medium.layers()) return;
     SimpleFit merged = tried(grid, fewer);
     merged.trial.rejected = !needless(merged);

@@ -40,18 +40,6 @@ struct ModelSearch {
 struct ModelSearchOptions {
   Model asked = Model::automatic;
   bool correct_grid = true;
-  double tolerated = 0.05;  ///< share of the stated variance that a misfit may have
-  /// Rise of χ² per value that fewer layers may cost.
-  double tolerated_rise = 0.01;
-  int most_layers = 16;
-  /// Largest error of the data, relative to them, that is taken for systematic: photographs
-  /// interpolated, a pose and a response off by what calibration leaves. More is structure.
-  double most_systematic = 0.015;
-  /// Standard deviation of each error that all pixels share, of scale, response exponent and shift,
-  /// relative to the values: what they explain needs no layers.
-  double common_error = 0.01;
-  /// Largest structure_ratio() (systematic_error.h) of residuals that are not structure.
-  double most_structure = 2.8;
   std::uint64_t seed = 1;
   ModelError model_error;         ///< of the finest grid
   ModelError coarse_model_error;  ///< of the others
