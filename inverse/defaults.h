@@ -53,8 +53,8 @@ namespace shared_deviation {  // uncertainty/shared_deviation.h
 inline constexpr double share_within_layer = 0.5;
 inline constexpr double share_of_means = 2.0;
 inline constexpr double mu_over_kappa = 3.5;
-inline constexpr double missed_kappa_of_truth = 3.0;
-inline constexpr double missed_mu_of_truth = 2.0;
+inline constexpr double unresolved_kappa_of_truth = 3.0;
+inline constexpr double unresolved_mu_of_truth = 2.0;
 }  // namespace shared_deviation
 
 namespace local_information {  // uncertainty/local_information.h

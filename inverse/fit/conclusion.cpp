@@ -165,11 +165,11 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
   if (!has_prior) return;
   fit.prior = prior_of(run);
   fit.blocks = prior_blocks(rows, space);
-  fit.missed =
-      missed_structure(objective, run.state.fields,
-                       point_spread(prior_metric(*fit.prior, space),
-                                    posterior_metric(*fit.prior, space, fit.blocks), space),
-                       *fit.prior);
+  fit.unresolved =
+      unresolved_structure(objective, run.state.fields,
+                           point_spread(prior_metric(*fit.prior, space),
+                                        posterior_metric(*fit.prior, space, fit.blocks), space),
+                           *fit.prior);
 }
 
 }  // namespace kappamu::inverse

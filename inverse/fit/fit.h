@@ -26,8 +26,8 @@
 #include "inverse/problem/objective.h"
 #include "inverse/problem/predict.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/missed_structure.h"
 #include "inverse/uncertainty/uncertainty.h"
+#include "inverse/uncertainty/unresolved_structure.h"
 
 namespace kappamu::inverse {
 
@@ -96,8 +96,8 @@ struct ChannelFit {
   Correction correction;  ///< r at the end
   /// Of a volume whose deviations are asked for (fit_uncertainty.h).
   std::optional<Prior> prior;
-  LateralBlocks blocks;  ///< prior_blocks() at the end; empty where there is no prior
-  EvenChange missed;     ///< missed_structure() at the end
+  LateralBlocks blocks;   ///< prior_blocks() at the end; empty where there is no prior
+  EvenChange unresolved;  ///< unresolved_structure() at the end
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;

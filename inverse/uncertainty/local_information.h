@@ -10,7 +10,7 @@ namespace kappamu::inverse {
 /// is made proportional to diag JᵀWJ. Voxels without data keep the prior's variance. `sensitivity`
 /// is the root of diag JᵀWJ (sensitivity.h). It comes from few probes and is therefore averaged
 /// over neighbouring voxels across the light.
-CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           const CoefficientPair& sensitivity, const MediumSpace& space);
+CoefficientPair distributed(CoefficientPair variance, const CoefficientPair& beforehand,
+                            const CoefficientPair& sensitivity, const MediumSpace& space);
 
 }  // namespace kappamu::inverse

@@ -45,9 +45,9 @@ double contrast_deviation(const Volume<double>& kappa, Face lit) {
                     share_of_means * std::sqrt(means.variance()));
 }
 
-SharedDeviation shared_deviation(double contrast, const EvenChange& missed) {
-  return {std::hypot(contrast, missed_kappa_of_truth * missed.log_kappa),
-          std::hypot(mu_over_kappa * contrast, missed_mu_of_truth * missed.log_mu)};
+SharedDeviation shared_deviation(double contrast, const EvenChange& unresolved) {
+  return {std::hypot(contrast, unresolved_kappa_of_truth * unresolved.log_kappa),
+          std::hypot(mu_over_kappa * contrast, unresolved_mu_of_truth * unresolved.log_mu)};
 }
 
 }  // namespace kappamu::inverse

@@ -2,11 +2,11 @@
 // light determines κ against μ weakly: volumes of equal η = μ/κ + Δ√κ/√κ give nearly equal light
 // (Arridge & Lionheart 1998). The distance between fit and truth along that direction was measured
 // on blocks of known truth. It grows with the contrast found and depends little on the noise.
-// Unresolved structure adds to it (missed_structure.h; docs/theory.md, 5).
+// Unresolved structure adds to it (unresolved_structure.h; docs/theory.md, 5).
 #pragma once
 
 #include "core/grid.h"
-#include "inverse/uncertainty/missed_structure.h"
+#include "inverse/uncertainty/unresolved_structure.h"
 
 namespace kappamu::inverse {
 
@@ -20,7 +20,7 @@ struct SharedDeviation {
 /// κ.
 double contrast_deviation(const Volume<double>& kappa, Face lit);
 
-/// Of a contrast_deviation() and a missed_structure(), whatever their signs.
-SharedDeviation shared_deviation(double contrast, const EvenChange& missed);
+/// Of a contrast_deviation() and a unresolved_structure(), whatever their signs.
+SharedDeviation shared_deviation(double contrast, const EvenChange& unresolved);
 
 }  // namespace kappamu::inverse

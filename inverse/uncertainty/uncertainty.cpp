@@ -134,7 +134,7 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
   const Basis metric = posterior_metric(prior, space, blocks);
   const FieldCovariance even = metric.covariance();
   const CoefficientPair beforehand = prior_variance(space, prior);
-  const CoefficientPair posterior = shared_out(even.variance, beforehand, sensitivity, space);
+  const CoefficientPair posterior = distributed(even.variance, beforehand, sensitivity, space);
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {

@@ -143,19 +143,19 @@ TEST_F(TinyPosterior, WhatIsSharedWidensDeviationsAndWhatIsSaidOfThem) {
   EXPECT_NE(wide.report.sentence, plain.report.sentence);
 }
 
-TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing) {
+TEST(Distributed, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing) {
   const GridShape shape{24, 8, 3, 0.5};
   const Vector even(shape.cells(), 1.0);
   const CoefficientPair beforehand{Vector(shape.cells(), 0.04), Vector(shape.cells(), 0.36)};
   const CoefficientPair stated{Vector(shape.cells(), 0.01), Vector(shape.cells(), 0.09)};
   const MediumSpace space{shape};
-  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, space);
+  const CoefficientPair same = distributed(stated, beforehand, {even, even}, space);
   CoefficientPair half{even, even};
   for (std::size_t i = 0; i < even.size(); ++i) {
     EXPECT_NEAR(same.log_kappa[i], stated.log_kappa[i], 1e-12);
     if (i % 24 >= 12) half.log_kappa[i] = half.log_mu[i] = 0.0;
   }
-  const CoefficientPair found = shared_out(stated, beforehand, half, space);
+  const CoefficientPair found = distributed(stated, beforehand, half, space);
   const std::size_t seen = shape.index(2, 4, 1);
   const std::size_t unseen = shape.index(21, 4, 1);
   EXPECT_NEAR(found.log_kappa[unseen], 0.04, 1e-9);
@@ -192,9 +192,9 @@ TEST(SharedDeviation, AddsContrastAndUnresolvedStructure) {
   EXPECT_DOUBLE_EQ(contrast.log_kappa, 0.1);
   EXPECT_GT(contrast.log_mu, contrast.log_kappa);
   const SharedDeviation missed = shared_deviation(0.1, {0.05, -0.2});
-  EXPECT_GT(missed.log_kappa, std::hypot(contrast.log_kappa, 0.05))
+  EXPECT_GT(unresolved.log_kappa, std::hypot(contrast.log_kappa, 0.05))
       << "more is missed of the truth";
-  EXPECT_GT(missed.log_mu, std::hypot(contrast.log_mu, 0.2));
+  EXPECT_GT(unresolved.log_mu, std::hypot(contrast.log_mu, 0.2));
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
