@@ -183,8 +183,7 @@ std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi
   if (run.grid.level() > 0 || stage.blocks.empty()) return {};
   const auto values = static_cast<double>(run.grid.problem().used());
   const auto free_share = [&](const Basis& basis) {
-    const Basis::Determined determined = basis.determined(stage.blocks);
-    return 1.0 - (determined.kappa + determined.mu) / values;
+    return 1.0 - basis.determined(stage.blocks) / values;
   };
   const auto by_fields = [&](double weight) { return basis_of(run, weight, stage.blocks, 1.0); };
   Outlook outlook{free_share(by_fields(run.state.weight))};

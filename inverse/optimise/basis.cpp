@@ -146,18 +146,13 @@ FieldCovariance Basis::covariance() const {
   return {modes_->spread(diagonal), modes_->spread(between).log_kappa};
 }
 
-Basis::Determined Basis::determined(const LateralBlocks& blocks) const {
+double Basis::determined(const LateralBlocks& blocks) const {
   check(modes_.has_value(), "voxels have no metric");
-  const Eigen::Index depth = modes_->depth();
-  Determined count;
+  double count = 0.0;
   for (int bin = 0; bin < modes_->bins(); ++bin) {
-    const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
-    Eigen::MatrixXd share = blocks[static_cast<std::size_t>(bin)];
-    upper.transpose().solveInPlace(share);
-    upper.solveInPlace(share);
+    const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
     const auto waves = static_cast<double>(modes_->members(bin).size());
-    count.kappa += waves * share.diagonal().head(depth).sum();
-    count.mu += waves * share.diagonal().tail(depth).sum();
+    count += waves * inverse_of(bin).cwiseProduct(block).sum();
   }
   return count;
 }

@@ -61,13 +61,9 @@ class Basis {
   FieldCovariance covariance() const;
   /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.
   Eigen::MatrixXd wave_variances() const;
-  /// tr(B Bᵀ JᵀWJ) over each coefficient's own unknowns, JᵀWJ as in `blocks`: how many of them the
-  /// data determine against the regulariser. Not of `voxels`.
-  struct Determined {
-    double kappa = 0.0;
-    double mu = 0.0;
-  };
-  Determined determined(const LateralBlocks& blocks) const;
+  /// tr(B Bᵀ JᵀWJ), JᵀWJ as in `blocks`: how many unknowns the data determine against the
+  /// regulariser. Not of `voxels`.
+  double determined(const LateralBlocks& blocks) const;
 
  private:
   /// B Bᵀ of one bin's waves.

@@ -61,9 +61,6 @@ struct Uncertainty {
   UncertaintyReport report;
 };
 
-/// Variances of (α R″)⁻¹, exact: R″ is diagonal in cosines.
-CoefficientPair prior_variance(const MediumSpace& space, const Prior& prior);
-
 /// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
