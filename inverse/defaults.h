@@ -29,6 +29,9 @@ inline constexpr double far_from_noise = 6.0;
 /// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ
 /// (docs/theory.md, 4, "Coordinate of μ").
 inline constexpr double little_absorption = 0.2;
+/// BasisOptions::uncoupled. A wave by itself leaves combinations of depths unseen that it moves
+/// together with other waves, where a block varies (studies/notes/fit-path.md).
+inline constexpr double uncoupled_share = 0.5;
 /// A start that r, renewed, moves by less [log units], or by less than this share of what structure
 /// leaves uncertain, is transport's; renewals of r.
 inline constexpr double start_tolerance = 0.02;

@@ -35,15 +35,16 @@ Regulariser regulariser_of(const FitRun& run) {
 
 /// The metric of a weight from the data's Hessian `blocks`, by log κ and a coordinate by which log
 /// μ has `slope`.
-Basis basis_of(const FitRun& run, double weight, const LateralBlocks& blocks, double slope) {
+Basis basis_of(const FitRun& run, double weight, const LateralBlocks& blocks, double slope,
+               double uncoupled) {
   const MediumSpace& space = run.grid.space();
   const SolverOptions& options = run.options.solver;
   const double metric =
       metric_weight(regulariser_of(run), weight, space, run.state.report.homogeneous_kappa);
-  return {
-      space,
-      BasisOptions{options.coordinates, options.smooth_length * space.thickness_mm, metric, slope},
-      blocks};
+  return {space,
+          BasisOptions{options.coordinates, options.smooth_length * space.thickness_mm, metric,
+                       uncoupled, slope},
+          blocks};
 }
 
 AbsorptionScale scale_of(const FitRun& run) {
@@ -107,8 +108,8 @@ void minimise(FitRun& run, Stage& stage) {
 void set_function(FitRun& run, Stage& stage) {
   const AbsorptionScale scale = scale_of(run);
   const double weight = run.state.weight;
-  stage.basis = std::make_unique<Basis>(
-      basis_of(run, weight, stage.scaled_blocks, scale.mean_slope(stage.begun)));
+  stage.basis = std::make_unique<Basis>(basis_of(
+      run, weight, stage.scaled_blocks, scale.mean_slope(stage.begun), defaults::uncoupled_share));
   stage.function = std::make_unique<FitFunction>(run.grid.objective(), *stage.basis, anchor_of(run),
                                                  weight, regulariser_of(run), stage.begun, scale);
 }
@@ -185,7 +186,9 @@ std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi
   const auto free_share = [&](const Basis& basis) {
     return 1.0 - basis.determined(stage.blocks) / values;
   };
-  const auto by_fields = [&](double weight) { return basis_of(run, weight, stage.blocks, 1.0); };
+  const auto by_fields = [&](double weight) {
+    return basis_of(run, weight, stage.blocks, 1.0, 0.0);
+  };
   Outlook outlook{free_share(by_fields(run.state.weight))};
   // By few photons so far, the last weight is needed.
   outlook.patience_gains =

@@ -53,7 +53,11 @@ Basis::Basis(const MediumSpace& space, const BasisOptions& options, const Latera
     Eigen::MatrixXd metric = smooth * along_depth;
     metric.diagonal().array() += smooth * (modes_->mean_laplacian(bin) + mass);
     metric.bottomRows(modes_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
-    if (informed) metric += blocks[static_cast<std::size_t>(bin)];
+    if (informed) {
+      const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
+      metric += (1.0 - options.uncoupled) * block;
+      metric.diagonal() += options.uncoupled * block.diagonal();
+    }
     const Eigen::LLT<Eigen::MatrixXd> factored(metric);
     check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");
     factors_.emplace_back(factored.matrixU());
