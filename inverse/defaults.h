@@ -285,6 +285,17 @@ inline constexpr std::size_t fewest_data = 16;
 inline constexpr double closer_share = 1.0 / 3.0;
 }  // namespace grid_levels
 
+namespace expected {  // of blocks before their data are seen: starts, layers, scale and shift
+/// Share of collisions that absorb, 3κμ, and the spread of its logarithm: marble, milk, wax, skin
+/// and juices lie within two spreads (Jensen et al. 2001, table 1).
+inline constexpr double absorption = 3e-3;
+inline constexpr double absorption_spread = 2.0;
+/// Spread of log κ and log μ between neighbouring layers.
+inline constexpr double layer_spread = 1.0;
+/// Vanishing predictions count as this share of the datum.
+inline constexpr double darkest_ratio = 1e-6;
+}  // namespace expected
+
 namespace correction {  // problem/objective_correction.cpp
 /// r outside is no grid error but noise of vanishing light.
 inline constexpr double min_correction = 0.25;

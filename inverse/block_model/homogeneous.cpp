@@ -13,7 +13,6 @@
 #include "forward/analytic/homogeneous_block.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
-#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -46,7 +45,7 @@ class LogResidual final : public Residuals {
     const std::vector<double> prediction = predict_(p);
     Eigen::VectorXd r(static_cast<Eigen::Index>(prediction.size()));
     for (std::size_t k = 0; k < prediction.size(); ++k) {
-      const double ratio = std::max(prediction[k] / datum_[k], darkest_ratio);
+      const double ratio = std::max(prediction[k] / datum_[k], defaults::expected::darkest_ratio);
       r[static_cast<Eigen::Index>(k)] = root_weight_[k] * std::log(ratio);
     }
     return r;
@@ -83,9 +82,9 @@ class LogResidual final : public Residuals {
 /// The weak opinion on absorption that decides where the data have none: (log 3κμ − log
 /// expected)²/spread², times `weight`.
 LinearPrior absorption_prior(double weight) {
-  const double root = std::sqrt(weight) / absorption_spread;
+  const double root = std::sqrt(weight) / defaults::expected::absorption_spread;
   return {Eigen::MatrixXd::Constant(1, 2, root),
-          Eigen::VectorXd::Constant(1, root * std::log(expected_absorption / 3.0))};
+          Eigen::VectorXd::Constant(1, root * std::log(defaults::expected::absorption / 3.0))};
 }
 
 double square(const LeastSquaresState& at) {

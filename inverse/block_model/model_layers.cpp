@@ -10,7 +10,6 @@
 #include "core/error.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/defaults.h"
-#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -112,11 +111,12 @@ LinearPrior layer_prior(const LayeredMedium& start) {
                     Eigen::VectorXd::Zero(2 * layers - 1)};
   for (Eigen::Index l = 0; l + 1 < layers; ++l) {
     for (Eigen::Index half = 0; half < 2; ++half) {
-      prior.rows(2 * l + half, half * layers + l) = -1.0 / layer_spread;
-      prior.rows(2 * l + half, half * layers + l + 1) = 1.0 / layer_spread;
+      prior.rows(2 * l + half, half * layers + l) = -1.0 / defaults::expected::layer_spread;
+      prior.rows(2 * l + half, half * layers + l + 1) = 1.0 / defaults::expected::layer_spread;
     }
   }
-  prior.rows.bottomRows(1).setConstant(1.0 / (absorption_spread * static_cast<double>(layers)));
+  prior.rows.bottomRows(1).setConstant(
+      1.0 / (defaults::expected::absorption_spread * static_cast<double>(layers)));
   prior.value.tail(1) = prior.rows.bottomRows(1) * unknowns(start);
   return prior;
 }

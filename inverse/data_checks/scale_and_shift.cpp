@@ -11,7 +11,6 @@
 #include "inverse/block_model/model_layers.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
-#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -106,7 +105,8 @@ class Exposure final : private Residuals {
     last_ = {p, objective_.prediction()};
     const Problem& problem = objective_.problem();
     for (std::size_t i = 0; i < last_.log_map.size(); ++i) {
-      const double floor = darkest_ratio * std::max(std::abs(problem.data[i]), 1e-30);
+      const double floor =
+          defaults::expected::darkest_ratio * std::max(std::abs(problem.data[i]), 1e-30);
       last_.log_map[i] = std::log(std::max(last_.log_map[i], floor));
     }
     return residual(last_.log_map, p);

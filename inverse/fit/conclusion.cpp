@@ -9,7 +9,6 @@
 #include "forward/diffusion_warnings.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/lateral_hessian.h"
-#include "inverse/uncertainty/sensitivity.h"
 
 namespace kappamu::inverse {
 

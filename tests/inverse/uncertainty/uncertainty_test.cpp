@@ -15,7 +15,6 @@
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/local_information.h"
-#include "inverse/uncertainty/sensitivity.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
 #include "tests/sentence.h"
