@@ -14,6 +14,9 @@ namespace kappamu::inverse::defaults {
 /// path are made for (docs/theory.md, 4).
 inline constexpr double usual_homogeneous_chi2 = 100.0;
 inline constexpr double usual_structured_chi2 = 200.0;
+/// Times χ² as it was minimised that r, renewed, may make of it below the noise level
+/// (docs/theory.md, 4).
+inline constexpr double most_taken_back = 1.3;
 /// PhotonOptions::noise before the last weight, where r and the volume still move more: a quarter
 /// of the photons.
 inline constexpr double photon_noise_midway = 2.0;

@@ -104,12 +104,12 @@ void descend(FitRun& run, Stage& stage) {
   FitState& at = run.state;
   std::optional<Outlook> ahead;
   for (;;) {
-    const double chi2 = settle(run, stage);
-    ahead = outlook(run, stage, chi2);
-    at.end = end_of_path(path, at.weight, chi2, ahead, {at.last_chi2, at.last_score});
+    const Minimum minimum = settle(run, stage);
+    ahead = outlook(run, stage, minimum.renewed);
+    at.end = end_of_path(path, at.weight, minimum, ahead, {at.last_chi2, at.last_score});
     if (at.end == PathEnd::model_error) break;
-    at.last_chi2 = chi2;
-    at.last_score = ahead ? cross_validation(chi2, ahead->free_share) : 0.0;
+    at.last_chi2 = minimum.renewed;
+    at.last_score = ahead ? cross_validation(minimum.renewed, ahead->free_share) : 0.0;
     if (at.end != PathEnd::unknown) break;
     at.weight *= path.weight_factor;
     begin_weight(run, stage);
@@ -141,7 +141,7 @@ void follow_path(FitRun& run, Stage& stage) {
     begin_weight(run, stage);
   }
   if (!at.last) descend(run, stage);
-  if (at.last) at.last_chi2 = settle(run, stage);
+  if (at.last) at.last_chi2 = settle(run, stage).renewed;
   if (run.fixed_weight()) {
     at.end = run.context.continued ? run.context.continued->end : PathEnd::asked;
   }

@@ -26,6 +26,7 @@ struct StageState {
   double corrected_chi2 = 0.0;  ///< per value where r was made
   int steps = 0;                ///< taken since the weight was begun or gone on with
   int small_decreases = 0;      ///< in a row
+  bool again = false;           ///< r took its first minimum back: this is the second round
 };
 
 /// Where a fit stands between two steps: what a checkpoint holds (fit_state.cpp), so that the next

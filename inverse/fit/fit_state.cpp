@@ -94,8 +94,8 @@ void transfer(auto& bytes, Is<OptimiserState> auto& s) {
 }
 
 void transfer(auto& bytes, Is<StageState> auto& s) {
-  bytes(s.chi2, s.corrected_chi2, s.steps, s.small_decreases, s.begun.log_kappa, s.begun.log_mu,
-        s.blocks, s.scaled_blocks, s.optimiser);
+  bytes(s.chi2, s.corrected_chi2, s.steps, s.small_decreases, s.again, s.begun.log_kappa,
+        s.begun.log_mu, s.blocks, s.scaled_blocks, s.optimiser);
 }
 
 void transfer(auto& bytes, Is<FitState> auto& s) {

@@ -160,10 +160,25 @@ void restore_weight(FitRun& run, Stage& stage, StageState saved) {
   stage.function->value(stage.optimiser.z);  // what the next step finds solved
 }
 
-double settle(FitRun& run, Stage& stage) {
-  minimise(run, stage);
-  run.state.fields = stage.function->fields(stage.optimiser.z);
-  return run.renew_correction(run.state.fields);
+Minimum settle(FitRun& run, Stage& stage) {
+  const auto round = [&] {
+    minimise(run, stage);
+    run.state.fields = stage.function->fields(stage.optimiser.z);
+    // What counts is the χ² of a model corrected here, not where this weight was begun.
+    const double minimised = stage.chi2;
+    return Minimum{minimised, run.renew_correction(run.state.fields)};
+  };
+  Minimum minimum = round();
+  // Not so where the user fixed the weight from the start, as [W] does.
+  const bool may_go_on = !run.fixed_weight() || run.context.continued.has_value();
+  if (!stage.again && may_go_on &&
+      is_taken_back(run.options.path, minimum, run.grid.level() == 0)) {
+    stage.again = true;
+    repeat_weight(run, stage);
+    minimum = round();
+  }
+  stage.again = false;
+  return minimum;
 }
 
 double shared_error(const Problem& problem) {

@@ -33,8 +33,9 @@ void restore_weight(FitRun& run, Stage& stage, StageState saved);
 /// reported.
 bool resume(FitRun& run, Stage& stage);
 
-/// To the minimum, whose fields are then the run's. r is renewed there: χ² per value with it.
-double settle(FitRun& run, Stage& stage);
+/// To the minimum, r renewed there; once more where that takes it back. The run's fields are then
+/// the volume found.
+Minimum settle(FitRun& run, Stage& stage);
 
 /// By the metric, at the minimum with `chi2` per value; empty where there is no metric, and on
 /// coarser grids, whose path does not ask.

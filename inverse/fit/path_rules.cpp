@@ -40,14 +40,21 @@ double weight_going_on(const PathOptions& options, double weight) {
   return options.weight.value_or(std::max(options.last_weight, weight / options.weight_factor));
 }
 
-PathEnd end_of_path(const PathOptions& options, double weight, double chi2,
+bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool finest) {
+  return minimum.minimised <= options.target_chi2 &&
+         (minimum.renewed > options.target_chi2 ||
+          (finest && minimum.renewed > defaults::most_taken_back * minimum.minimised));
+}
+
+PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
                     const std::optional<Outlook>& outlook, const WeightBefore& before) {
   if (options.weight) return PathEnd::asked;
+  const double renewed = minimum.renewed;
   // χ², or what of it an octave has beyond chance, if more.
-  const double misfit = outlook ? std::max(chi2, outlook->excess) : chi2;
+  const double misfit = outlook ? std::max(renewed, outlook->excess) : renewed;
   if (misfit > options.target_chi2) {
     // A lower weight that predicts other light worse fits the model's own error.
-    const double score = outlook ? cross_validation(chi2, outlook->free_share) : 0.0;
+    const double score = outlook ? cross_validation(renewed, outlook->free_share) : 0.0;
     if (before.score > 0.0 && score > before.score) return PathEnd::model_error;
   } else {
     // χ² reaches the noise early if variances are overstated. Cross-validation therefore decides
@@ -56,7 +63,7 @@ PathEnd end_of_path(const PathOptions& options, double weight, double chi2,
     if (!outlook || smoother_asked) return PathEnd::noise;
     if (outlook->next_score > 1.0) return PathEnd::validated;
   }
-  if (before.chi2 > 0.0 && chi2 > (1.0 - options.stagnation) * before.chi2) {
+  if (before.chi2 > 0.0 && renewed > (1.0 - options.stagnation) * before.chi2) {
     return PathEnd::no_gain;
   }
   return weight * options.weight_factor < options.last_weight ? PathEnd::lowest : PathEnd::unknown;

@@ -23,6 +23,17 @@ double weight_on_finer_grid(const PathOptions& options, double weight, double ch
 /// The first weight from another fit's volume, which ended with `weight`: one above.
 double weight_going_on(const PathOptions& options, double weight);
 
+/// χ² per value at the minimum at one weight: by the correction r it was found with, and by r
+/// renewed there.
+struct Minimum {
+  double minimised = 0.0;
+  double renewed = 0.0;
+};
+
+/// Whether r, renewed, takes the minimum back above the noise, or far from where it was: the weight
+/// is low enough, the volume not yet there.
+bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool finest);
+
 /// At the minimum at one weight on the finest grid.
 struct Outlook {
   double free_share = 1.0;  ///< 1 − γ/N
@@ -39,9 +50,9 @@ struct WeightBefore {
 };
 
 /// Whether `weight` ends the path on the finest grid, and why: PathEnd::unknown where a lower one
-/// follows, PathEnd::model_error where the one before is taken instead. `chi2` is that per value
-/// with r renewed at the minimum; `outlook` is empty where γ is not known.
-PathEnd end_of_path(const PathOptions& options, double weight, double chi2,
+/// follows, PathEnd::model_error where the one before is taken instead. `outlook` is empty where γ
+/// is not known.
+PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
                     const std::optional<Outlook>& outlook, const WeightBefore& before);
 
 /// Whether the weight that ends the path is minimised once more, to final_tolerance.

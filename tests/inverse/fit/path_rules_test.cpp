@@ -29,7 +29,7 @@ class PathRules : public testing::Test {
   /// At the first weight unless another is given.
   PathEnd end(double chi2, const std::optional<Outlook>& outlook, const WeightBefore& before = {},
               double weight = 1000.0) const {
-    return end_of_path(options, weight, chi2, outlook, before);
+    return end_of_path(options, weight, {chi2, chi2}, outlook, before);
   }
   PathOptions options;
 };
@@ -55,6 +55,14 @@ TEST_F(PathRules, EndsAtTheNoiseAndBelowItByCrossValidation) {
       << "no weight is tried where other light would be worse";
   options.target_chi2 = 4.0;
   EXPECT_EQ(end(3.0, Outlook{left, 0.5}), PathEnd::noise) << "a smoother volume was asked for";
+}
+
+TEST_F(PathRules, AMinimumThatTheRenewedCorrectionUndoesOrTakesFarIsNone) {
+  EXPECT_TRUE(is_taken_back(options, {0.9, 3.0}, true));
+  EXPECT_TRUE(is_taken_back(options, {0.5, 0.95}, true));
+  EXPECT_FALSE(is_taken_back(options, {0.5, 0.6}, true));
+  EXPECT_FALSE(is_taken_back(options, {0.5, 0.95}, false)) << "the finer grid sees to it";
+  EXPECT_FALSE(is_taken_back(options, {3.0, 9.0}, true)) << "the noise was not reached";
 }
 
 TEST_F(PathRules, AboveTheNoiseEndsWhereLowerWeightsNoLongerHelp) {
