@@ -325,6 +325,9 @@ inline constexpr int enough_for_variances = 8;
 namespace optimiser {  // optimise/optimiser.h
 /// Share of the promised decrease a step must keep (Armijo).
 inline constexpr double sufficient_decrease = 1e-4;
+/// Times s·y/y·y, the usual guess of H⁻¹ where no pair has been: the stiffest directions, which
+/// pairs soon know, prevail in y (studies/notes/fit-path.md).
+inline constexpr double softer = 2.0;
 }  // namespace optimiser
 
 namespace memory {  // fit/fit_memory.h

@@ -124,7 +124,7 @@ Vector lbfgs_direction(const OptimiserState& state) {
     alpha[k] = along / curvature(k);
     along = add_scaled_and_dot(d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
   }
-  const double scale = curvature(last) / state.products[usable[last]].change_square;
+  const double scale = softer * curvature(last) / state.products[usable[last]].change_square;
   d = scaled(std::move(d), scale);
   along *= scale;
   for (std::size_t k = 0; k <= last; ++k) {
