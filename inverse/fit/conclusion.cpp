@@ -25,7 +25,6 @@ std::string clause(PathEnd end) {
       return "; under less smoothing cross-validation expects more error of other light";
     case PathEnd::unknown:
     case PathEnd::asked:
-    case PathEnd::no_gain:
     case PathEnd::lowest:
       break;
   }

@@ -106,7 +106,7 @@ void descend(FitRun& run, Stage& stage) {
   for (;;) {
     const Minimum minimum = settle(run, stage);
     ahead = outlook(run, stage, minimum.renewed);
-    at.end = end_of_path(path, at.weight, minimum, ahead, {at.last_chi2, at.last_score});
+    at.end = end_of_path(path, at.weight, minimum, ahead, at.last_score);
     if (at.end == PathEnd::model_error) break;
     at.last_chi2 = minimum.renewed;
     at.last_score = ahead ? cross_validation(minimum.renewed, ahead->free_share) : 0.0;

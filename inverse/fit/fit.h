@@ -45,7 +45,6 @@ enum class PathEnd {
   noise,        ///< the data are explained to their noise
   validated,    ///< and a lower weight promises more error under other light
   model_error,  ///< above the noise a lower weight promises more error under other light
-  no_gain,      ///< a lower weight did not lower χ²
   lowest        ///< PathOptions::last_weight
 };
 

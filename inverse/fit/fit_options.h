@@ -41,8 +41,6 @@ struct PathOptions {
   double last_weight = 1e-3;
   double weight_factor = 0.3;
   double target_chi2 = 1.0;
-  /// Below it what is left of χ² is not the regulariser's doing.
-  double stagnation = 0.03;
   double stage_tolerance = 1e-3;
   double final_tolerance = 3e-4;  ///< at least stage_tolerance: the path's last weight is the fit's
   int stage_steps = 400;

@@ -47,7 +47,7 @@ bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool fine
 }
 
 PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
-                    const std::optional<Outlook>& outlook, const WeightBefore& before) {
+                    const std::optional<Outlook>& outlook, double score_before) {
   if (options.weight) return PathEnd::asked;
   const double renewed = minimum.renewed;
   // χ², or what of it an octave has beyond chance, if more.
@@ -55,16 +55,13 @@ PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& mi
   if (misfit > options.target_chi2) {
     // A lower weight that predicts other light worse fits the model's own error.
     const double score = outlook ? cross_validation(renewed, outlook->free_share) : 0.0;
-    if (before.score > 0.0 && score > before.score) return PathEnd::model_error;
+    if (score_before > 0.0 && score > score_before) return PathEnd::model_error;
   } else {
     // χ² reaches the noise early if variances are overstated. Cross-validation therefore decides
     // whether the next weight would predict other light better.
     const bool smoother_asked = options.target_chi2 > 1.0;
     if (!outlook || smoother_asked) return PathEnd::noise;
     if (outlook->next_score > 1.0) return PathEnd::validated;
-  }
-  if (before.chi2 > 0.0 && renewed > (1.0 - options.stagnation) * before.chi2) {
-    return PathEnd::no_gain;
   }
   return weight * options.weight_factor < options.last_weight ? PathEnd::lowest : PathEnd::unknown;
 }

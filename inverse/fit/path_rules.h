@@ -43,17 +43,12 @@ struct Outlook {
   double excess = 0.0;         ///< SharedErrors::excess
 };
 
-/// Where the weight before on this grid ended; 0 before the first.
-struct WeightBefore {
-  double chi2 = 0.0;
-  double score = 0.0;
-};
-
 /// Whether `weight` ends the path on the finest grid, and why: PathEnd::unknown where a lower one
 /// follows, PathEnd::model_error where the one before is taken instead. `outlook` is empty where γ
-/// is not known.
+/// is not known. `score_before`: cross-validation's at the weight before on this grid, 0 before the
+/// first.
 PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
-                    const std::optional<Outlook>& outlook, const WeightBefore& before);
+                    const std::optional<Outlook>& outlook, double score_before);
 
 /// Whether the weight that ends the path is minimised once more, to final_tolerance.
 bool needs_tighter_end(const PathOptions& options, const std::optional<Outlook>& outlook);
