@@ -10,33 +10,38 @@ namespace kappamu::inverse::defaults {
 
 // --- The path of a fit (fit/path_rules.h, fit/minimise.h, fit/start.h, fit/conclusion.h) ---
 
-/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
-/// path are made for (docs/theory.md, 4).
+/// χ² per value of a homogeneous start, and of the volume of a coarser grid, up to which the usual
+/// weights hold (studies/notes/weight-rules-and-gains.md; worth: studies/notes/fit-ablation.md).
 inline constexpr double usual_homogeneous_chi2 = 100.0;
 inline constexpr double usual_structured_chi2 = 200.0;
-/// Times χ² as it was minimised that r, renewed, may make of it below the noise level
-/// (docs/theory.md, 4).
-inline constexpr double most_taken_back = 1.3;
-/// PhotonOptions::noise before the last weight, where r and the volume still move more: a quarter
-/// of the photons.
+/// Ratio of χ² with r renewed to χ² as minimised, beyond which a weight is minimised once more
+/// below the noise level. On unseen blocks the second minimisation lowers E by 5 %, at 0.3 % noise
+/// by 12 % (studies/notes/fit-ablation.md).
+inline constexpr double most_reverted = 1.3;
+/// PhotonOptions::noise before the last weight: a quarter of the photons, since r and the volume
+/// still move by more (studies/notes/fit-choices.md, "A volume by transport").
 inline constexpr double photon_noise_midway = 2.0;
-/// Decreases in a row too small to go on: a single short step is often followed by a long one.
+/// Small decreases in a row that end a minimisation: a long step often follows a single short one.
+/// One in place of two costs 3 % of E (studies/notes/fit-ablation.md).
 inline constexpr int few_decreases = 2;
-/// Of Σ w d²: what a step must explain of data whose pixels share errors, half a square of the 1e-4
-/// that these are of the light where they are least (studies/notes/fit-path.md, "Steps
-/// smaller than the errors of photographs").
+/// Share of Σ w d² that a step must explain if pixels share errors: half the square of 1e-4, the
+/// least of such errors. Chosen on the paper's samples (studies/notes/fit-path.md, "Steps smaller
+/// than the errors of photographs"); on unseen blocks it changes nothing (fit-ablation.md).
 inline constexpr double least_of_light = 5e-9;
-/// Times target_chi2: r of a volume that was further from its data is not that of one which
-/// explains them (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
+/// χ² over target_chi2 at the start of a minimisation, beyond which r is renewed once the noise is
+/// reached. Chosen on the paper's samples (studies/notes/fit-path.md, "Closer before the finest
+/// grid, and r on the way"); on unseen blocks it changes nothing (fit-ablation.md).
 inline constexpr double far_from_noise = 6.0;
-/// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ
-/// (docs/theory.md, 4, "Coordinate of μ").
+/// μ₀ of the optimiser's coordinate (absorption_scale.h) over μ of the homogeneous block
+/// (studies/notes/fit-path.md, "μ in place of its logarithm"). Work rises by 6 % without that
+/// coordinate (studies/notes/fit-ablation.md).
 inline constexpr double little_absorption = 0.2;
-/// BasisOptions::uncoupled. A wave by itself leaves combinations of depths unseen that it moves
-/// together with other waves, where a block varies (studies/notes/fit-path.md).
-inline constexpr double uncoupled_share = 0.5;
-/// A start that r, renewed, moves by less [log units], or by less than this share of what structure
-/// leaves uncertain, is transport's; renewals of r.
+/// BasisOptions::off_diagonal_damping: in a heterogeneous block lateral frequencies couple, and one
+/// alone does not determine every combination of depths (studies/notes/fit-path.md, "Softer where
+/// the metric is stiff"). E rises by 5 % without it (studies/notes/fit-ablation.md).
+inline constexpr double off_diagonal_damping = 0.5;
+/// The homogeneous start by transport has converged if renewing r moves it by less than this [log
+/// units], or by less than this share of its uncertainty; most renewals.
 inline constexpr double start_tolerance = 0.02;
 inline constexpr double start_certain = 0.25;
 inline constexpr int most_starts = 8;
@@ -283,8 +288,8 @@ namespace grid_levels {  // problem/grid_levels.h
 inline constexpr int fewest_voxels = 4;
 /// Masks leave a coarser grid fewer whole data than the fine one has.
 inline constexpr std::size_t fewest_data = 16;
-/// Of the coarse grids' model error (studies/notes/fit-path.md, "Closer before the finest grid, and
-/// r on the way").
+/// Share of the coarse grids' model error in the second fit of the last coarse grid. Chosen on the
+/// paper's samples (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
 inline constexpr double closer_share = 1.0 / 3.0;
 }  // namespace grid_levels
 
@@ -325,8 +330,8 @@ inline constexpr int enough_for_variances = 8;
 namespace optimiser {  // optimise/optimiser.h
 /// Share of the promised decrease a step must keep (Armijo).
 inline constexpr double sufficient_decrease = 1e-4;
-/// Times s·y/y·y, the usual guess of H⁻¹ where no pair has been: the stiffest directions, which
-/// pairs soon know, prevail in y (studies/notes/fit-path.md).
+/// Factor on s·y/y·y, the usual guess of H⁻¹: y is dominated by the stiffest directions, which the
+/// pairs represent (studies/notes/fit-path.md, "Softer where the metric is stiff").
 inline constexpr double softer = 2.0;
 }  // namespace optimiser
 

@@ -36,14 +36,14 @@ Regulariser regulariser_of(const FitRun& run) {
 /// The metric of a weight from the data's Hessian `blocks`, by log κ and a coordinate by which log
 /// μ has `slope`.
 Basis basis_of(const FitRun& run, double weight, const LateralBlocks& blocks, double slope,
-               double uncoupled) {
+               double off_diagonal_damping) {
   const MediumSpace& space = run.grid.space();
   const SolverOptions& options = run.options.solver;
   const double metric =
       metric_weight(regulariser_of(run), weight, space, run.state.report.homogeneous_kappa);
   return {space,
           BasisOptions{options.coordinates, options.smooth_length * space.thickness_mm, metric,
-                       uncoupled, slope},
+                       off_diagonal_damping, slope},
           blocks};
 }
 
@@ -108,8 +108,9 @@ void minimise(FitRun& run, Stage& stage) {
 void set_function(FitRun& run, Stage& stage) {
   const AbsorptionScale scale = scale_of(run);
   const double weight = run.state.weight;
-  stage.basis = std::make_unique<Basis>(basis_of(
-      run, weight, stage.scaled_blocks, scale.mean_slope(stage.begun), defaults::uncoupled_share));
+  stage.basis = std::make_unique<Basis>(basis_of(run, weight, stage.scaled_blocks,
+                                                 scale.mean_slope(stage.begun),
+                                                 defaults::off_diagonal_damping));
   stage.function = std::make_unique<FitFunction>(run.grid.objective(), *stage.basis, anchor_of(run),
                                                  weight, regulariser_of(run), stage.begun, scale);
 }
@@ -171,8 +172,7 @@ Minimum settle(FitRun& run, Stage& stage) {
   Minimum minimum = round();
   // Not so where the user fixed the weight from the start, as [W] does.
   const bool may_go_on = !run.fixed_weight() || run.context.continued.has_value();
-  if (!stage.again && may_go_on &&
-      is_taken_back(run.options.path, minimum, run.grid.level() == 0)) {
+  if (!stage.again && may_go_on && is_reverted(run.options.path, minimum, run.grid.level() == 0)) {
     stage.again = true;
     repeat_weight(run, stage);
     minimum = round();
@@ -206,7 +206,7 @@ std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi
   };
   Outlook outlook{free_share(by_fields(run.state.weight))};
   // By few photons so far, the last weight is needed.
-  outlook.patience_gains =
+  outlook.tighter_end_gains =
       run.grid.levels().photons() ||
       shared_error(run.grid.problem()) < run.options.path.stage_tolerance * stage.optimiser.value;
   outlook.excess = shared_errors_now(run).excess;

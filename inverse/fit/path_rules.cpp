@@ -40,10 +40,10 @@ double weight_going_on(const PathOptions& options, double weight) {
   return options.weight.value_or(std::max(options.last_weight, weight / options.weight_factor));
 }
 
-bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool finest) {
+bool is_reverted(const PathOptions& options, const Minimum& minimum, bool finest) {
   return minimum.minimised <= options.target_chi2 &&
          (minimum.renewed > options.target_chi2 ||
-          (finest && minimum.renewed > defaults::most_taken_back * minimum.minimised));
+          (finest && minimum.renewed > defaults::most_reverted * minimum.minimised));
 }
 
 PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
@@ -67,7 +67,8 @@ PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& mi
 }
 
 bool needs_tighter_end(const PathOptions& options, const std::optional<Outlook>& outlook) {
-  return options.final_tolerance < options.stage_tolerance && (!outlook || outlook->patience_gains);
+  return options.final_tolerance < options.stage_tolerance &&
+         (!outlook || outlook->tighter_end_gains);
 }
 
 double tolerance(const PathOptions& options, bool last) {

@@ -32,15 +32,15 @@ struct Minimum {
 
 /// Whether r, renewed, takes the minimum back above the noise, or far from where it was: the weight
 /// is low enough, the volume not yet there.
-bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool finest);
+bool is_reverted(const PathOptions& options, const Minimum& minimum, bool finest);
 
 /// At the minimum at one weight on the finest grid.
 struct Outlook {
   double free_share = 1.0;  ///< 1 − γ/N
   /// Cross-validation's score to be expected at the next weight over that at this one.
   double next_score = 0.0;
-  bool patience_gains = true;  ///< steps below stage_tolerance explain more than shared errors
-  double excess = 0.0;         ///< SharedErrors::excess
+  bool tighter_end_gains = true;  ///< steps below stage_tolerance explain more than shared errors
+  double excess = 0.0;            ///< SharedErrors::excess
 };
 
 /// Whether `weight` ends the path on the finest grid, and why: PathEnd::unknown where a lower one

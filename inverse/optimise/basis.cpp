@@ -55,8 +55,8 @@ Basis::Basis(const MediumSpace& space, const BasisOptions& options, const Latera
     metric.bottomRows(modes_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
     if (informed) {
       const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
-      metric += (1.0 - options.uncoupled) * block;
-      metric.diagonal() += options.uncoupled * block.diagonal();
+      metric += (1.0 - options.off_diagonal_damping) * block;
+      metric.diagonal() += options.off_diagonal_damping * block.diagonal();
     }
     const Eigen::LLT<Eigen::MatrixXd> factored(metric);
     check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");

@@ -43,9 +43,9 @@ struct BasisOptions {
   Coordinates coordinates = Coordinates::informed;
   double length_mm = 1.0;  ///< beyond which the metric no longer favours smoother fields
   double weight = 1.0;     ///< α that the metric is made for
-  /// Of the data's Hessian, the share that is taken for what each depth and coefficient has by
-  /// itself, without the rest's.
-  double uncoupled = 0.0;
+  /// Share by which the correlations between depths and coefficients are lowered in the data's
+  /// Hessian.
+  double off_diagonal_damping = 0.0;
   double slope = 1.0;  ///< of log μ by the coordinate that stands for it (absorption_scale.h)
 };
 

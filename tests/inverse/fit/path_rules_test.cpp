@@ -56,12 +56,12 @@ TEST_F(PathRules, EndsAtTheNoiseAndBelowItByCrossValidation) {
   EXPECT_EQ(end(3.0, Outlook{left, 0.5}), PathEnd::noise) << "a smoother volume was asked for";
 }
 
-TEST_F(PathRules, AMinimumThatTheRenewedCorrectionUndoesOrTakesFarIsNone) {
-  EXPECT_TRUE(is_taken_back(options, {0.9, 3.0}, true));
-  EXPECT_TRUE(is_taken_back(options, {0.5, 0.95}, true));
-  EXPECT_FALSE(is_taken_back(options, {0.5, 0.6}, true));
-  EXPECT_FALSE(is_taken_back(options, {0.5, 0.95}, false)) << "the finer grid sees to it";
-  EXPECT_FALSE(is_taken_back(options, {3.0, 9.0}, true)) << "the noise was not reached";
+TEST_F(PathRules, AMinimumThatTheRenewedCorrectionRevertsIsNone) {
+  EXPECT_TRUE(is_reverted(options, {0.9, 3.0}, true));
+  EXPECT_TRUE(is_reverted(options, {0.5, 0.95}, true));
+  EXPECT_FALSE(is_reverted(options, {0.5, 0.6}, true));
+  EXPECT_FALSE(is_reverted(options, {0.5, 0.95}, false)) << "the finer grid sees to it";
+  EXPECT_FALSE(is_reverted(options, {3.0, 9.0}, true)) << "the noise was not reached";
 }
 
 TEST_F(PathRules, AboveTheNoiseGoesOnToTheLowestWeight) {
@@ -70,7 +70,7 @@ TEST_F(PathRules, AboveTheNoiseGoesOnToTheLowestWeight) {
       << "the next, 62.5, is below last_weight";
 }
 
-TEST_F(PathRules, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack) {
+TEST_F(PathRules, AboveTheNoiseAWeightThatPredictsWorseIsReverted) {
   EXPECT_EQ(end(5.0, scored(5.0, 12.0), 11.0), PathEnd::model_error);
   EXPECT_EQ(end(5.0, scored(5.0, 10.0), 11.0), PathEnd::unknown);
   Outlook worse_than_before = scored(0.9, 1.4);
@@ -92,7 +92,7 @@ TEST_F(PathRules, GoesOnWhileAnOctaveIsFurtherOffThanChance) {
       << "an octave that no weight explains does not lead on";
 }
 
-TEST_F(PathRules, PatienceIsForTheLastWeightWhereItIsAskedForAndGains) {
+TEST_F(PathRules, TheTighterEndIsForTheLastWeightWhereItIsAskedForAndGains) {
   EXPECT_EQ(tolerance(options, false), 1e-3);
   EXPECT_EQ(tolerance(options, true), 1e-4);
   EXPECT_TRUE(needs_tighter_end(options, unknown));
