@@ -47,7 +47,7 @@ inline constexpr double start_certain = 0.25;
 inline constexpr int most_starts = 8;
 /// χ² per value above which stopping there is worth a warning (docs/theory.md, 4).
 inline constexpr double suspicious_chi2 = 1.5;
-/// Of a block thinner than this [transport mean free paths] most of the light passes unscattered.
+/// Thickness [transport mean free paths] below which most of the light passes unscattered.
 inline constexpr double thinnest = 1.5;
 
 namespace shared_deviation {  // uncertainty/shared_deviation.h
@@ -87,9 +87,9 @@ inline constexpr int probes = 4;
 namespace physics_choice {  // data_checks/physics_choice.h
 /// Followed by photons: the check costs some seconds (docs/theory.md, 4).
 inline constexpr int pilot_patterns = 4;
-/// Of a pixel: log (r M) is then 1 % too low on average.
+/// Relative noise of a pixel: log (r M) is then 1 % too low on average.
 inline constexpr double pilot_noise = 0.15;
-/// What volumes by transport are themselves right to (docs/limits.md).
+/// Errors of volumes by transport themselves (docs/limits.md).
 inline constexpr double tolerated_kappa = 0.05;
 inline constexpr double tolerated_mu = 0.15;
 /// An error of so much of a deviation adds little to it.
@@ -132,7 +132,7 @@ inline constexpr double step_tolerance = 2e-3;
 /// χ² per value from which a second correction of the grid changes nothing that matters.
 inline constexpr double far_from_data = 4.0;
 inline constexpr double tolerated_misfit = 0.05;
-/// Where it starts, and what no fit goes below.
+/// Heterogeneity at the start, and its least value.
 inline constexpr double usual_heterogeneity = 0.3;
 inline constexpr double least_heterogeneity = 1e-3;
 /// Prior deviation of log scale and, over the face's extent, of the shift: for light that
@@ -155,7 +155,7 @@ inline constexpr double step_tolerance = 1e-3;
 inline constexpr double longest_step = 1.5;
 /// Significance of a datum: one in a thousand dark pixels exceeds it.
 inline constexpr double above_noise_deviations = 3.0;
-/// Of log κ and log μ for the Jacobian: a solve on a grid is right to 1e-4.
+/// Difference of log κ and log μ for the Jacobian: a solve on a grid is right to 1e-4.
 inline constexpr double difference = 0.03;
 /// Pixels of all patterns that the search reads, its least number along an edge, and the fewest
 /// data above noise before more are read. They bound the search's time to a second.
@@ -236,8 +236,8 @@ inline constexpr double much_unseen = 0.2;  // of the seen face
 inline constexpr double fine_voxel = 0.2;     // of a mean free path
 inline constexpr double advised_voxel = 0.5;  // the same
 inline constexpr int fewest_voxels = 4;       // that the advice leaves across the block
-/// Where χ² is above this, and values beyond so many of the others' standard deviations make most
-/// of it, though fewer than this share.
+/// Outliers are reported if χ² exceeds this, if values beyond so many of the others' standard
+/// deviations make most of it, and if they are fewer than this share.
 inline constexpr double high_chi2 = 1.5;
 inline constexpr double far = 5.0;
 inline constexpr double few = 0.1;
@@ -259,7 +259,7 @@ inline constexpr std::uint64_t most_photons = 1 << 22;
 inline constexpr double tolerated_noise = 0.25;
 /// Relative deviation tolerated where there is no datum.
 inline constexpr double unseen_noise = 0.1;
-/// What of a slope its regression may leave unexplained; photons of the ratio over a slope's.
+/// Part of a slope that its regression may leave unexplained; photons of the ratio over a slope's.
 inline constexpr double slope_misfit = 0.1;
 inline constexpr std::uint64_t photons_over_slope = 4;
 /// μ/σt' of a voxel that leaves no scattering, and κ below which a voxel is a mirror to light and
@@ -312,9 +312,9 @@ inline constexpr double max_correction = 4.0;
 
 namespace levenberg_marquardt {  // optimise/levenberg_marquardt.h
 inline constexpr double first_damping = 1e-2;
-/// Of the damping where a step fails, doubled with each failure in a row.
+/// Factor on the damping after a failed step, doubled with each failure in a row.
 inline constexpr double first_raise = 8.0;
-/// Of the trace: keeps directions that neither residuals nor prior determine from being followed.
+/// Share of the trace: damps directions that neither residuals nor prior determine.
 inline constexpr double least_damping = 1e-12;
 /// A step that keeps less of its promise asks for a fresh Jacobian.
 inline constexpr double trusted_step = 0.25;

@@ -20,7 +20,7 @@ namespace {
 
 using namespace defaults::homogeneous;
 
-/// Of r M at the data used; empty where there is none.
+/// Predictions r M at the data used; empty if the solver fails.
 using Predict = std::function<std::vector<double>(const Eigen::VectorXd& logs)>;
 
 bool above_noise(const Problem& problem, std::size_t i) {
@@ -69,7 +69,7 @@ class LogResidual final : public Residuals {
     return std::sqrt(square / sum);
   }
 
-  /// What one pattern contributes on average to `square`.
+  /// Mean contribution of one pattern to `square`.
   double per_pattern(double square) const { return square / patterns_; }
 
  private:

@@ -23,8 +23,8 @@ struct HomogeneousFit {
   /// as common to its pixels.
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
   bool converged = false;
-  /// Of the residuals on a grid by log κ and log μ, near the end: a correction of the grid does not
-  /// change it. Empty: none was solved on yet.
+  /// Derivatives of the residuals on a grid by log κ and log μ near the end; a new correction r of
+  /// the grid leaves them valid. Empty: no grid was solved on.
   Eigen::MatrixXd jacobian;
 
   /// log κ and log μ.

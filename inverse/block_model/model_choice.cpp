@@ -59,8 +59,8 @@ class Level {
       double lowest = std::numeric_limits<double>::infinity();
       settle_correction(unknowns(start), settled_move, most_by_transport,
                         [&](const Eigen::VectorXd& p) {
-                          // Where no solver follows, or a model is hopeless, the last fit stands,
-                          // and is rejected.
+                          // If the solver fails or χ² is far too large, the last fit stands and is
+                          // rejected.
                           if (!try_to_refresh(with_unknowns(start, p))) return p;
                           const double chi2 = objective_.chi2_per_value();
                           if (chi2 > std::max(far, no_gain * lowest)) return p;
@@ -139,7 +139,7 @@ class Level {
   }
   /// χ² per value that a model of this grid may have: coarse grids only screen.
   double useful() const {
-    // Where r is by photons it is not right before the model is fitted to the end.
+    // r by photons is accurate only at the end of the fit.
     const bool screens = level_ > 0 && options_.asked == Model::automatic && !refinement_.photons;
     return screens ? chi2_limit(used(), tolerated) : 0.0;
   }

@@ -32,7 +32,7 @@ struct ModelSearch {
   std::optional<SimpleFit> accepted;  ///< what the data did not reject, or what was asked for
   std::vector<SimpleFit> rejected;    ///< on the finest grid
   std::vector<ModelTrial> trials;     ///< all, in the order they were made
-  /// What the data err by beyond their noise, where a model was accepted that needs it.
+  /// Error of the data beyond their noise, if the accepted model requires one.
   std::optional<SystematicError> systematic;
   SolveCount solves;  ///< of all grids
 };

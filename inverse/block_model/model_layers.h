@@ -47,7 +47,7 @@ struct LayeredFit {
 
 /// Keeps its Jacobian, so that descending again from where it is, with another correction of the
 /// objective or after a step, costs few solves: 2 per layer for a Jacobian, one per step, which
-/// Broyden's update makes good for the next.
+/// Broyden's update turns into the next Jacobian.
 class LayerFitter final : private Residuals {
  public:
   LayerFitter(Objective& objective, const LayeredMedium& start);
@@ -55,7 +55,7 @@ class LayerFitter final : private Residuals {
   /// Minimises ½ χ² + layer_prior() from where the last call ended. Gives up, unconverged, where χ²
   /// per datum would stay above `useful` even if a step kept several times its promise.
   LayeredFit descend(double useful = 0.0);
-  /// Where the objective's correction now changes with the medium in another way.
+  /// To be called when the slope of the objective's correction has changed.
   void forget_derivatives() { at_.jacobian.resize(0, 0); }
 
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().

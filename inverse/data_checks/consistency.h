@@ -48,13 +48,13 @@ struct Consistency {
   bool is_shifted() const;
 };
 
-/// Of `problem`, the finest grid's, by transport where `photons` are given; `kappa` [mm] and `mu`
-/// [1/mm] are where to start. `model_error` is what it was made with.
+/// Checks `problem`, that of the finest grid, by transport if `photons` are given. The search
+/// starts at `kappa` [mm] and `mu` [1/mm]; `model_error` is the one in the problem's weights.
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const ModelError& model_error, const Backend& backend,
                               const std::optional<PhotonOptions>& photons = std::nullopt);
 
-/// What the fit of a volume ended with.
+/// The end of a volume's fit.
 struct FittedVolume {
   const Problem& problem;  ///< the finest grid's
   const CoefficientPair& fields;
@@ -74,14 +74,14 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
 /// all channels; what structure adds to it grows with absorption.
 std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels);
 
-/// Of values too high (is_too_bright()): by how much, and what to check.
+/// Values too high (is_too_bright()): size, and what to check.
 std::string brightness_sentence(const Consistency& consistency);
 
 /// A shift by how much, and what to check.
 std::string shift_sentence(const Consistency& consistency, const GridShape& grid, Face seen_face);
 
-/// What was found, what would have been reported, and what the data cannot determine; empty where
-/// nothing was checked.
+/// Summary of the findings, of their bounds and of what the data cannot determine; empty if nothing
+/// was checked.
 std::string in_words(const Consistency& consistency, double eta);
 
 }  // namespace kappamu::inverse

@@ -1,4 +1,4 @@
-// What was found of scale, pose and eta, in sentences.
+// Findings on scale, pose and eta as sentences.
 #include <cmath>
 #include <string>
 #include <vector>

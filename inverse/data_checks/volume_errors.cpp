@@ -121,7 +121,7 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
     };
     solutions.push_back(conjugate_gradients(product, pulls.back(), steps.most, enough));
   }
-  // Corrected by the residuals, what is left of the errors of S is of second order.
+  // With the residuals' correction the remaining errors of S are of second order.
   for (Eigen::Index k = 0; k < errors; ++k) {
     const auto row = static_cast<std::size_t>(k);
     for (Eigen::Index l = 0; l < errors; ++l) {

@@ -15,10 +15,10 @@
 
 namespace kappamu::inverse {
 
-/// Of the images against the light, along the axes of the seen face [voxels], and of all values:
-/// the natural logarithm of the data over what they should be. The volume absorbs most of a wrong
-/// scale, but becomes rougher. `scale_gain` is the decrease of the objective if the values were
-/// changed by log_scale, over α R; negative where they would be raised. Both are unknown for a
+/// Shift of the images against the light along the axes of the seen face [voxels], and scale of all
+/// values, the natural logarithm of the data over what they should be. The volume absorbs most of a
+/// wrong scale, but becomes rougher. `scale_gain` is the decrease of the objective if the values
+/// were changed by log_scale, over α R; negative where they would be raised. Both are unknown for a
 /// block lit and seen on one face: its deep layers absorb any scale.
 struct VolumeErrors {
   Estimate shift_u, shift_v;

@@ -14,7 +14,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// What follows "at chi2 per value 1.23" in the sentence on how a fit ended.
+/// The clause after "at chi2 per value 1.23" in the sentence on the end of a fit.
 std::string clause(PathEnd end) {
   switch (end) {
     case PathEnd::noise:
@@ -31,7 +31,7 @@ std::string clause(PathEnd end) {
   return "";
 }
 
-/// What photons were followed in had other coefficients there (photon_ratio.h).
+/// Photons were followed through other coefficients there (photon_ratio.h).
 std::optional<std::string> no_scattering(const Medium& medium) {
   std::size_t without = 0;
   for (std::size_t i = 0; i < medium.kappa.size(); ++i) {

@@ -93,7 +93,7 @@ struct ChannelFit {
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
   Correction correction;  ///< r at the end
-  /// Of a volume whose deviations are asked for (fit_uncertainty.h).
+  /// Set for volumes whose deviations are asked for (fit_uncertainty.h).
   std::optional<Prior> prior;
   LateralBlocks blocks;   ///< prior_blocks() at the end; empty where there is no prior
   EvenChange unresolved;  ///< unresolved_structure() at the end
@@ -132,7 +132,7 @@ struct Continuation {
   std::string physics_reason{};
 };
 
-/// What a fit may be given beside measurements and options.
+/// Optional input beside measurements and options.
 struct FitContext {
   /// Start from this volume, on the finest grid, instead of the homogeneous block.
   std::optional<Continuation> continued;
@@ -143,8 +143,8 @@ struct FitContext {
 /// How volumes that a fit by `physics`, none of them Physics::automatic, found predict light.
 PredictOptions predict_options(const FitOptions& options, Physics physics);
 
-/// What a reader of the volumes should know: χ² far above the noise, coefficients that the
-/// physics taken or the grid describe poorly.
+/// Warnings on χ² far above the noise and on coefficients that the chosen physics or the grid
+/// describes poorly.
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options);

@@ -14,7 +14,7 @@
 
 namespace kappamu::inverse {
 
-/// What a misfit is, and costs.
+/// The data term.
 struct DataOptions {
   DataTermOptions term;
   forward::Convention convention = forward::Convention::physical;
@@ -23,7 +23,7 @@ struct DataOptions {
   ModelError coarse_model_error{0.03, 3e-3};  ///< on the others
 };
 
-/// What is preferred among volumes that explain the data (roughness.h).
+/// The regulariser (roughness.h).
 struct RegulariserOptions {
   RegulariserKind kind = RegulariserKind::huber_tv;
   double edge_slope = 1.0;
@@ -33,7 +33,7 @@ struct RegulariserOptions {
 /// From start to end: models, grids and weights.
 struct PathOptions {
   Model model = Model::automatic;
-  /// Where the search for the homogeneous start may begin as well; both or neither.
+  /// A further start of the search for the homogeneous block; both or neither.
   std::optional<double> start_kappa;  ///< [mm]
   std::optional<double> start_mu;     ///< [1/mm]
   std::optional<double> weight;       ///< α, or [W]'s λ with [W]'s regulariser

@@ -69,7 +69,8 @@ void update_correction(FitRun& run, Stage& stage) {
   stage.small_decreases = 0;
 }
 
-/// Asked of data whose pixels share errors; where noise is white the rounds of a weight find out.
+/// Used only when measurement errors are correlated. For white noise a second minimisation at the
+/// same weight serves (settle()).
 bool correction_is_outdated(const FitRun& run, const Stage& stage) {
   const double target = run.options.path.target_chi2;
   return run.options.path.correct_grid && run.grid.level() == 0 && stage.chi2 <= target &&
@@ -165,7 +166,7 @@ Minimum settle(FitRun& run, Stage& stage) {
   const auto round = [&] {
     minimise(run, stage);
     run.state.fields = stage.function->fields(stage.optimiser.z);
-    // What counts is the χ² of a model corrected here, not where this weight was begun.
+    // χ² counts with r made here, not with that of the weight's beginning.
     const double minimised = stage.chi2;
     return Minimum{minimised, run.renew_correction(run.state.fields)};
   };
@@ -205,7 +206,7 @@ std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi
     return basis_of(run, weight, stage.blocks, 1.0, 0.0);
   };
   Outlook outlook{free_share(by_fields(run.state.weight))};
-  // By few photons so far, the last weight is needed.
+  // r has had few photons so far, so the last weight is needed.
   outlook.tighter_end_gains =
       run.grid.levels().photons() ||
       shared_error(run.grid.problem()) < run.options.path.stage_tolerance * stage.optimiser.value;
@@ -340,7 +341,7 @@ void become(FitRun& run, Stage& stage, FitState state) {
   run.open(run.state.level, run.state.closer);
   Objective& objective = run.grid.objective();
   objective.restore(run.state.correction, run.state.solves);
-  // What was solved last is solved anew and not counted: what comes next finds it at hand.
+  // The last solve is repeated without being counted, because the next step needs it.
   if (run.state.finished) {
     objective.value(run.state.fields);
   } else {

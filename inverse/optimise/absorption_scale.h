@@ -18,8 +18,8 @@ class AbsorptionScale {
   /// (log κ, w) from (log κ, log μ), and back.
   CoefficientPair from_fields(CoefficientPair fields) const;
   CoefficientPair to_fields(CoefficientPair scaled) const;
-  /// By (log κ, w) of what is by (log κ, log μ) at `fields`, and a change of w as one of log μ
-  /// there: the same factor ∂ log μ/∂w.
+  /// Derivatives by (log κ, w) of those by (log κ, log μ) at `fields`; also a change of log μ of a
+  /// change of w there. The factor of both is ∂ log μ/∂w.
   CoefficientPair by_scaled(const CoefficientPair& fields, CoefficientPair by_fields) const;
   /// Root mean square of ∂ log μ/∂w.
   double mean_slope(const CoefficientPair& fields) const;

@@ -32,8 +32,7 @@ inline constexpr Names<Coordinates, 3> coordinates_names{{{"voxels", Coordinates
 /// bin of lateral frequency.
 using LateralBlocks = std::vector<Eigen::MatrixXd>;
 
-/// What is kept of a covariance of (log κ, log μ): variances, and the covariance of the two
-/// coefficients of one voxel.
+/// Variances of (log κ, log μ), and the covariance of the two coefficients of one voxel.
 struct FieldCovariance {
   CoefficientPair variance;
   Vector between;
@@ -60,7 +59,7 @@ class Basis {
   Vector gradient(const CoefficientPair& by_field) const;
   /// The gradient with respect to the fields that gradient() makes `by_z` of: B⁻ᵀ.
   CoefficientPair gradient_by_field(const Vector& by_z) const;
-  /// Of B Bᵀ, the guess of the Hessian's inverse.
+  /// Covariance B Bᵀ, the approximation of the Hessian's inverse.
   FieldCovariance covariance() const;
   /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.
   Eigen::MatrixXd wave_variances() const;

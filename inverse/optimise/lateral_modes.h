@@ -12,7 +12,7 @@
 
 namespace kappamu::inverse {
 
-/// Of the 3-point Neumann Laplacian of `n` voxels: that of the cosine of k half periods.
+/// Eigenvalue of the 3-point Neumann Laplacian of `n` voxels for the cosine of k half periods.
 double laplacian_eigenvalue(int k, int n);
 
 class LateralModes {

@@ -19,7 +19,7 @@ class Residuals {
   virtual void set_cheap_columns(const Eigen::VectorXd& /*p*/, Eigen::MatrixXd& /*jacobian*/) {}
   /// r at a p that differs by cheap unknowns alone from that of the last set_cheap_columns().
   virtual Eigen::VectorXd cheap_residual(const Eigen::VectorXd& p) { return residual(p); }
-  /// Of the squares of r, before each step.
+  /// Weights of the squares of r, before each step.
   virtual Eigen::VectorXd weights(const Eigen::VectorXd& residual) {
     return Eigen::VectorXd::Ones(residual.size());
   }
@@ -35,7 +35,7 @@ struct LinearPrior {
   double square(const Eigen::VectorXd& p) const { return (rows * p - value).squaredNorm(); }
 };
 
-/// Where a descent is.
+/// State of a descent.
 struct LeastSquaresState {
   Eigen::VectorXd p;
   Eigen::VectorXd residual;  ///< at p; empty before it is known

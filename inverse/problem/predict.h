@@ -1,4 +1,4 @@
-// What a volume looks like under any light: for validation patterns, and for validating a
+// Predictions of a volume under any light: for validation patterns, and for validating a
 // volume on a grid other than the one it was fitted on.
 #pragma once
 

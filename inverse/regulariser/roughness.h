@@ -52,7 +52,7 @@ struct Regulariser {
   double scale = 1.0;       ///< multiplies [W]'s R
 };
 
-/// Where the fields are drawn to, and how far features reach before they feel it.
+/// Values that the fields are drawn to, and the length of features from which that matters.
 struct Anchor {
   double log_kappa = 0.0;  ///< κ in mm
   double log_mu = 0.0;     ///< μ in 1/mm

@@ -15,7 +15,7 @@ struct PointSpread {
   Vector kappa_mm, mu_mm;
 };
 
-/// By the metrics before and after the data.
+/// From the metrics before and after the data.
 PointSpread point_spread(const Basis& prior, const Basis& posterior, const MediumSpace& space);
 
 }  // namespace kappamu::inverse

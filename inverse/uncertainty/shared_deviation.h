@@ -20,7 +20,7 @@ struct SharedDeviation {
 /// κ.
 double contrast_deviation(const Volume<double>& kappa, Face lit);
 
-/// Of a contrast_deviation() and a unresolved_structure(), whatever their signs.
+/// Of a contrast_deviation() and an unresolved_structure(); signs do not matter.
 SharedDeviation shared_deviation(double contrast, const EvenChange& unresolved);
 
 }  // namespace kappamu::inverse

@@ -19,7 +19,7 @@
 
 namespace kappamu::inverse {
 
-/// Of either kind below, as `kappamu fit` and `kappamu run` take.
+/// Default of `kappamu fit` and `kappamu run` for either kind below.
 inline constexpr int usual_probes = 8;
 
 struct UncertaintyOptions {
@@ -33,7 +33,7 @@ struct LayerUncertainty {
   double depth_mm = 0.0;       ///< of the layer's middle below the seen face
   double log_kappa_std = 0.0;  ///< [dimensionless]
   double log_mu_std = 0.0;     ///< [dimensionless]
-  /// Of the means that these are deviations of (point_spread.h); 0: of the values themselves.
+  /// Width of the means that the deviations refer to (point_spread.h); 0: the values themselves.
   double kappa_fwhm_mm = 0.0;
   double mu_fwhm_mm = 0.0;
   double kappa_resolution = 0.0;

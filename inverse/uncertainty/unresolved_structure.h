@@ -10,7 +10,7 @@
 
 namespace kappamu::inverse {
 
-/// Of log κ and log μ of all voxels together.
+/// Change of log κ and log μ of all voxels together.
 struct EvenChange {
   double log_kappa = 0.0;
   double log_mu = 0.0;

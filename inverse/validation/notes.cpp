@@ -30,8 +30,8 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
       h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
 }
 
-/// What the variances leave out shows under light that was not fitted: the fit has taken up what it
-/// did to the fitted.
+/// Errors that the variances leave out appear under light that was not fitted. The fit absorbs
+/// those of the fitted light.
 std::optional<std::string> validation_misfit(const ChannelFit& fit,
                                              const ValidationScore& validation) {
   const double chi2 = validation.chi2_per_value;
