@@ -92,7 +92,7 @@ TEST_F(TinyPosterior, HessianIsSymmetricAndAboveThePrior) {
 TEST_F(TinyPosterior, PriorMetricHasTheVariancesOfTheDenseRegulariser) {
   const VectorXd exact = dense_prior();
   const VectorXd found = joined(prior_metric(prior, space).covariance().variance);
-  constexpr double waves_of_one_bin = 0.05;  // they share their mean eigenvalue
+  constexpr double waves_of_one_bin = 2e-3;  // they share their mean eigenvalue
   EXPECT_LT((found - exact).norm(), waves_of_one_bin * exact.norm());
 }
 
