@@ -1,6 +1,6 @@
 // The even change that stands for structure finer than a fit: none where nothing is smoothed, and
 // otherwise the one that best brings back the light.
-#include "inverse/uncertainty/missed_structure.h"
+#include "inverse/uncertainty/unresolved_structure.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 namespace kappamu::inverse {
 namespace {
 
-class MissedStructure : public ::testing::Test {
+class UnresolvedStructure : public ::testing::Test {
  protected:
   static constexpr GridShape shape{8, 8, 4, 0.5};
   const Prior prior{1.0, 20.0};
@@ -48,20 +48,20 @@ class MissedStructure : public ::testing::Test {
   std::unique_ptr<Objective> objective_;
 };
 
-TEST_F(MissedStructure, NothingSmoothedNothingMissed) {
-  const EvenChange none = missed_structure(*objective_, rough_, wide(0.0), prior);
+TEST_F(UnresolvedStructure, NothingSmoothedNothingMissed) {
+  const EvenChange none = unresolved_structure(*objective_, rough_, wide(0.0), prior);
   EXPECT_NEAR(none.log_kappa, 0.0, 1e-9);
   EXPECT_NEAR(none.log_mu, 0.0, 1e-9);
   const CoefficientPair even{Vector(shape.cells(), std::log(0.3)),
                              Vector(shape.cells(), std::log(0.02))};
-  const EvenChange of_even = missed_structure(*objective_, even, wide(3.0), prior);
+  const EvenChange of_even = unresolved_structure(*objective_, even, wide(3.0), prior);
   EXPECT_NEAR(of_even.log_kappa, 0.0, 1e-6);
   EXPECT_NEAR(of_even.log_mu, 0.0, 1e-6);
 }
 
-TEST_F(MissedStructure, IsTheEvenChangeThatBringsBackTheLight) {
+TEST_F(UnresolvedStructure, IsTheEvenChangeThatBringsBackTheLight) {
   for (const double mm : {1.0, 4.0}) {
-    const EvenChange found = missed_structure(*objective_, rough_, wide(mm), prior);
+    const EvenChange found = unresolved_structure(*objective_, rough_, wide(mm), prior);
     const double at = misfit(mm, found);
     EXPECT_LT(at, misfit(mm, {})) << mm;
     constexpr double aside = 0.5;  // of the change, whose second order is nothing beside that
@@ -72,16 +72,16 @@ TEST_F(MissedStructure, IsTheEvenChangeThatBringsBackTheLight) {
   }
 }
 
-TEST_F(MissedStructure, WhatDataDoNotSayIsNotMissed) {
+TEST_F(UnresolvedStructure, WhatDataDoNotSayIsNotMissed) {
   const Prior stiff{1e18, 20.0};
-  const EvenChange none = missed_structure(*objective_, rough_, wide(4.0), stiff);
+  const EvenChange none = unresolved_structure(*objective_, rough_, wide(4.0), stiff);
   EXPECT_LT(std::abs(none.log_kappa), 1e-6);
   EXPECT_LT(std::abs(none.log_mu), 1e-6);
 }
 
-TEST_F(MissedStructure, LeavesTheObjectiveAtTheFit) {
+TEST_F(UnresolvedStructure, LeavesTheObjectiveAtTheFit) {
   const double before = objective_->value(rough_);
-  missed_structure(*objective_, rough_, wide(2.0), prior);
+  unresolved_structure(*objective_, rough_, wide(2.0), prior);
   Vector zero(objective_->prediction().size(), 0.0);
   EXPECT_NEAR(before, 0.0, 1e-9) << "its own data";
   for (std::size_t i = 0; i < zero.size(); ++i) {

@@ -1,4 +1,4 @@
-#include "inverse/uncertainty/valley.h"
+#include "inverse/uncertainty/shared_deviation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-using namespace defaults::valley;
+using namespace defaults::shared_deviation;
 
 struct Spread {
   double sum = 0.0, squares = 0.0;
@@ -26,7 +26,7 @@ struct Spread {
 
 }  // namespace
 
-double valley_deviation(const Volume<double>& kappa, Face lit) {
+double contrast_deviation(const Volume<double>& kappa, Face lit) {
   const GridShape& shape = kappa.shape();
   const FaceShape face = face_shape(shape, lit);
   Spread means;
@@ -45,9 +45,9 @@ double valley_deviation(const Volume<double>& kappa, Face lit) {
                     share_of_means * std::sqrt(means.variance()));
 }
 
-SharedDeviation shared_deviation(double valley, const EvenChange& missed) {
-  return {std::hypot(valley, missed_kappa_of_truth * missed.log_kappa),
-          std::hypot(mu_over_kappa * valley, missed_mu_of_truth * missed.log_mu)};
+SharedDeviation shared_deviation(double contrast, const EvenChange& unresolved) {
+  return {std::hypot(contrast, unresolved_kappa_of_truth * unresolved.log_kappa),
+          std::hypot(mu_over_kappa * contrast, unresolved_mu_of_truth * unresolved.log_mu)};
 }
 
 }  // namespace kappamu::inverse

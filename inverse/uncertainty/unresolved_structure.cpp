@@ -1,4 +1,4 @@
-#include "inverse/uncertainty/missed_structure.h"
+#include "inverse/uncertainty/unresolved_structure.h"
 
 #include <Eigen/Dense>
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace kappamu::inverse {
 
-EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
-                            const PointSpread& spread, const Prior& prior) {
+EvenChange unresolved_structure(Objective& objective, const CoefficientPair& fields,
+                                const PointSpread& spread, const Prior& prior) {
   const MediumSpace& space = objective.space();
   const Face first = all_faces[2 * static_cast<std::size_t>(space.depth_axis)];
   const auto smooth = [&](const std::vector<double>& field, const std::vector<double>& fwhm_mm) {
