@@ -27,6 +27,8 @@ class Relight final : public LiveModel {
  public:
   Relight(const LiveBody& object, const ObjectOptions& options)
       : surface_(object.surface),
+        media_(object.media),
+        solved_(object.media),
         eta_(object.eta),
         profiles_(profiles_of(object.media, object.eta)),
         check_(object.mesh, object.surface, object.surface.area, options.seed),
@@ -35,6 +37,11 @@ class Relight final : public LiveModel {
             object.mesh, profiles_) {}
 
   Answer solve(const LightOfChannels& light) override {
+    if (solved_ != media_) {
+      profiles_ = profiles_of(media_, eta_);
+      hierarchy_.update(profiles_);
+      solved_ = media_;
+    }
     const std::size_t samples = surface_.size();
     std::vector<Eigen::Array4f> in(samples, Eigen::Array4f::Zero());
     for (std::size_t c = 0; c < 3; ++c) {
@@ -67,6 +74,8 @@ class Relight final : public LiveModel {
 
  private:
   const Surface& surface_;
+  const MediaOfChannels& media_;
+  MediaOfChannels solved_;  ///< that the hierarchy is of
   double eta_;
   std::vector<Profile> profiles_;
   SumCheck check_;

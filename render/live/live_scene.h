@@ -31,8 +31,10 @@ std::vector<std::string> live_models(const World& world);
 /// What light comes from where, and what the objects are made of.
 struct LiveQuestion {
   std::vector<Light> lights;  ///< the scene's, those with a place or direction moved as one likes
-  std::map<std::size_t, ObjectMedia> media;  ///< of objects whose volume is edited
-  std::string model{};                       ///< that answers from now on; "": as before
+  /// Of objects that are edited. Where a homogeneous one becomes a volume and the model answers for
+  /// homogeneous ones alone, the first of live_models() takes its place.
+  std::map<std::size_t, ObjectMedia> media;
+  std::string model{};  ///< that answers from now on; "": as before
 };
 
 /// One answer; what it cost is wall time.
@@ -67,6 +69,7 @@ class LiveScene {
   struct Solver;
 
   void start(const std::string& model, const OptionValues& parameters);
+  void set_media(std::size_t object, const ObjectMedia& media);
 
   World world_;
   std::string model_;

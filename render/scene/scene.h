@@ -14,6 +14,7 @@
 
 #include "core/options/options.h"
 #include "render/colour.h"
+#include "render/material/homogeneous.h"
 
 namespace kappamu::render {
 
@@ -26,14 +27,6 @@ struct VolumeMaterial {
   /// Of the volume in the object's frame, about x, then y, then z [degrees].
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of the volume, after the turn
-};
-
-/// The same coefficients everywhere, one per channel.
-struct HomogeneousMaterial {
-  Colour kappa_mm = Colour::Ones();
-  Colour mu_per_mm = Colour::Zero();
-  std::optional<double> eta;  ///< relative refractive index, where published
-  std::string source;         ///< where the numbers come from
 };
 
 using Material = std::variant<VolumeMaterial, HomogeneousMaterial>;
@@ -73,6 +66,7 @@ struct SceneObject {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< of that box's centre
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();     ///< about x, then y, then z
   Material material;
+  std::optional<std::filesystem::path> edits;  ///< a recipe (render/edit/edit.h) for its material
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;

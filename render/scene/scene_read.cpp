@@ -6,7 +6,8 @@
 #include "core/error.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
-#include "render/scene/published_materials.h"
+#include "render/edit/edit.h"
+#include "render/material/published_materials.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {
@@ -66,9 +67,11 @@ std::variant<double, Vector3d> size_of(const Node& node) {
 
 Material read_material(const Node& node, const std::filesystem::path& folder) {
   const int kinds = int{node.has("volume")} + int{node.has("published")} +
-                    int{node.has("reduced_scattering_per_mm")};
+                    int{node.has("reduced_scattering_per_mm")} + int{node.has("kappa_mm")};
   if (kinds != 1) {
-    node.fail("must have exactly one of 'volume', 'published' and 'reduced_scattering_per_mm'");
+    node.fail(
+        "must have exactly one of 'volume', 'published', 'reduced_scattering_per_mm' and "
+        "'kappa_mm'");
   }
   if (node.has("published")) {
     node.expect_fields({"published"});
@@ -84,6 +87,14 @@ Material read_material(const Node& node, const std::filesystem::path& folder) {
     HomogeneousMaterial material =
         homogeneous_material(colour_of(node["reduced_scattering_per_mm"], 1e4, 1e-6),
                              colour_of(node["absorption_per_mm"], 1e4));
+    material.source = node.has("source") ? node["source"].text() : "the scene";
+    return material;
+  }
+  if (node.has("kappa_mm")) {
+    node.expect_fields({"kappa_mm", "mu_per_mm"}, {"source"});
+    HomogeneousMaterial material;
+    material.kappa_mm = colour_of(node["kappa_mm"], largest_kappa_mm, smallest_kappa_mm);
+    material.mu_per_mm = colour_of(node["mu_per_mm"], largest_mu_per_mm);
     material.source = node.has("source") ? node["source"].text() : "the scene";
     return material;
   }
@@ -153,8 +164,9 @@ Fur read_fur(const Node& node) {
 }
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"name", "size_mm", "material"}, {"mesh", "shape", "proportion", "position_mm",
-                                                       "turn_deg", "surface", "polycube", "fur"});
+  node.expect_fields({"name", "size_mm", "material"},
+                     {"mesh", "shape", "proportion", "position_mm", "turn_deg", "surface",
+                      "polycube", "fur", "edits"});
   if (node.has("mesh") == node.has("shape")) {
     node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
   }
@@ -171,6 +183,7 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("position_mm")) object.position_mm = point_of(node["position_mm"]);
   if (node.has("turn_deg")) object.turn_deg = vector_of(node["turn_deg"], 360.0);
   object.material = read_material(node["material"], folder);
+  if (node.has("edits")) object.edits = path_of(node["edits"], folder);
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   if (node.has("fur")) object.fur = read_fur(node["fur"]);
@@ -344,6 +357,7 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
       files.push_back(material->volume);
     }
     if (object.polycube) files.push_back(*object.polycube);
+    if (object.edits) files.push_back(*object.edits);
   }
   for (const Light& light : scene.lights) {
     if (const auto* projector = std::get_if<ProjectorLight>(&light)) {

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <memory>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/make_polygrid.h"
+#include "io/volume/volume_file.h"
 
 namespace kappamu::render {
 
@@ -101,27 +103,43 @@ class Shell {
 
 }  // namespace
 
-Wrapped wrapped(const io::VolumeSet& block, const TriangleMesh& mesh, const Vector3d& offset_mm,
-                const Polycube* drawn) {
+double smallest_voxel(const Vector3d& box) {
+  return std::cbrt(box.prod() / most_voxels);
+}
+
+GridShape voxels_of(const Vector3d& box, double voxel_mm) {
+  constexpr double channels = 3.0, largest_extent = 65536.0;
+  const Eigen::Array3d n = (box / voxel_mm).array().ceil().max(1.0);
+  if (n.maxCoeff() > largest_extent ||
+      2.0 * channels * n.prod() > static_cast<double>(io::default_most_voxels)) {
+    throw InputError("voxels of " + std::to_string(voxel_mm) + " mm are too many for it (" +
+                     std::to_string(n.prod()) + "); write a larger voxel_mm");
+  }
+  return {static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]), voxel_mm};
+}
+
+io::VolumeSet wrapped(const io::VolumeSet& block, const TriangleMesh& mesh,
+                      const Vector3d& offset_mm, const Polycube* drawn,
+                      std::optional<double> voxel_mm) {
   const Shell shell(block.shape(), mesh, offset_mm, drawn);
   const Eigen::AlignedBox3d box = bounding_box(mesh);
-  const double h = std::max(block.shape().voxel_mm, std::cbrt(box.volume() / most_voxels));
-  const Eigen::Array3i n = (box.sizes() / h).array().ceil().cast<int>();
-  const GridShape shape{n[0], n[1], n[2], h};
-  Wrapped result{{}, box.min()};
-  result.set.channels = block.channels;
-  result.set.eta = block.eta;
-  result.set.media.assign(block.media.size(),
-                          {Volume<double>(shape, 0.0), Volume<double>(shape, 0.0)});
+  const GridShape shape =
+      voxels_of(box.sizes(),
+                voxel_mm.value_or(std::max(block.shape().voxel_mm, smallest_voxel(box.sizes()))));
+  const Eigen::Array3d step = box.sizes().array() / Eigen::Array3d(shape.nx, shape.ny, shape.nz);
+  io::VolumeSet result;
+  result.channels = block.channels;
+  result.eta = block.eta;
+  result.media.assign(block.media.size(), {Volume<double>(shape, 0.0), Volume<double>(shape, 0.0)});
   for_rows(shape.nz * shape.ny, [&](int row) {
     for (int x = 0; x < shape.nx; ++x) {
       const int y = row % shape.ny, z = row / shape.ny;
-      const Vector3d point = box.min() + h * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+      const Vector3d point = box.min().array() + step * Eigen::Array3d(x + 0.5, y + 0.5, z + 0.5);
       const std::size_t i = shape.index(x, y, z);
       const auto add = [&](double weight, std::size_t voxel) {
         for (std::size_t c = 0; c < block.media.size(); ++c) {
-          result.set.media[c].kappa[i] += weight * block.media[c].kappa[voxel];
-          result.set.media[c].mu[i] += weight * block.media[c].mu[voxel];
+          result.media[c].kappa[i] += weight * block.media[c].kappa[voxel];
+          result.media[c].mu[i] += weight * block.media[c].mu[voxel];
         }
       };
       if (!shell.place(point, add)) shell.interpolate(point, add);

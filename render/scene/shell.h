@@ -6,21 +6,27 @@
 // range.
 #pragma once
 
+#include <optional>
+
 #include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "io/volume/volume_set.h"
 
 namespace kappamu::render {
 
-struct Wrapped {
-  io::VolumeSet set;          ///< over the object's box
-  Eigen::Vector3d corner_mm;  ///< of the set's own frame, in the object's
-};
+/// Over the object's box, into which the volume is stretched: its voxels are the block's, or larger
+/// where there would be more than two million; or of `voxel_mm`. `offset_mm` moves the block along
+/// its x and y. Throws InputError as forward::make_polygrid() does, whose boundary the values are
+/// interpolated from; `drawn` as in forward::PolygridOptions.
+io::VolumeSet wrapped(const io::VolumeSet& block, const TriangleMesh& mesh,
+                      const Eigen::Vector3d& offset_mm, const Polycube* drawn = nullptr,
+                      std::optional<double> voxel_mm = std::nullopt);
 
-/// Voxels are the block's, or larger where the object's box would have more than two million.
-/// `offset_mm` moves the block along its x and y. Throws InputError as forward::make_polygrid()
-/// does, whose boundary the values are interpolated from; `drawn` as in forward::PolygridOptions.
-Wrapped wrapped(const io::VolumeSet& block, const TriangleMesh& mesh,
-                const Eigen::Vector3d& offset_mm, const Polycube* drawn = nullptr);
+/// Voxels of edge `voxel_mm` that fill a box [mm]; the last of each axis may reach beyond it.
+/// Throws InputError where they are more than a volume may have.
+GridShape voxels_of(const Eigen::Vector3d& box, double voxel_mm);
+
+/// The smallest edge of voxels of which a box [mm] holds two million at most.
+double smallest_voxel(const Eigen::Vector3d& box);
 
 }  // namespace kappamu::render

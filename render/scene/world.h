@@ -48,10 +48,8 @@ class World {
   World(const Scene& scene, std::vector<std::string>& warnings);
 
   const std::vector<WorldObject>& objects() const { return objects_; }
-  /// An object's material, edited; its refractive index stays.
-  void set_media(std::size_t object, ObjectMedia media) {
-    objects_[object].media = std::move(media);
-  }
+  /// An object's material, edited; index and roughness stay where the media state none.
+  void set_media(std::size_t object, ObjectMedia media);
   /// Distances below this are rounding [mm].
   double skin() const { return skin_; }
   double diameter() const { return diameter_; }

@@ -14,9 +14,9 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/material/published_materials.h"
 #include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
-#include "render/scene/published_materials.h"
 #include "render/scene/world.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
@@ -56,7 +56,9 @@ json full_scene() {
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
-               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}}],
+               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}},
+      {"name": "d", "shape": "cube", "size_mm": 2, "position_mm": [90, 0, 0], "edits": "d.recipe.json",
+       "material": {"kappa_mm": 0.3, "mu_per_mm": [0, 0.1, 0.2], "source": "edited"}}],
     "lights": [
       {"kind": "directional", "direction": [0, -2, 0], "irradiance": 1},
       {"kind": "point", "position_mm": [0, 50, 0], "irradiance": [1, 0.5, 0], "at_mm": 50},
@@ -155,7 +157,9 @@ std::vector<Edited> bad_scenes() {
 
 TEST_F(SceneFile, ReadsEveryKind) {
   const Scene scene = read_scene(write("scene.json", full_scene().dump()));
-  ASSERT_EQ(scene.objects.size(), 3U);
+  ASSERT_EQ(scene.objects.size(), 4U);
+  EXPECT_EQ(std::get<HomogeneousMaterial>(scene.objects[3].material).mu_per_mm[2], 0.2);
+  EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "d.recipe.json"));
   EXPECT_EQ(std::get<std::filesystem::path>(scene.objects[0].shape), folder_ / "a.obj");
   EXPECT_EQ(std::get<VolumeMaterial>(scene.objects[0].material).volume, folder_ / "run");
   EXPECT_EQ(scene.objects[0].polycube, folder_ / "a.polycube.json");

@@ -29,17 +29,33 @@ io::VolumeSet block_of(const std::function<double(int x, int y, int z)>& mu) {
   return set;
 }
 
+/// Where voxels stretched into a mesh's box lie.
+class PlaceOf {
+ public:
+  PlaceOf(const TriangleMesh& mesh, const GridShape& shape)
+      : corner_(bounding_box(mesh).min()),
+        step_(bounding_box(mesh).sizes().array() / Eigen::Array3d(shape.nx, shape.ny, shape.nz)) {}
+  Vector3d operator()(const Eigen::Vector3i& at) const {
+    return corner_.array() + step_ * (at.cast<double>().array() + 0.5);
+  }
+
+ private:
+  Vector3d corner_;
+  Eigen::Array3d step_;
+};
+
 /// Calls check(depth below the surface [mm], μ) for every voxel in the ball.
 template <class Check>
 void for_voxels_of_ball(const io::VolumeSet& block, const Check& check) {
   const TriangleMesh ball = sphere_mesh(radius, 24);
-  const Wrapped around = wrapped(block, ball, Vector3d::Zero());
-  const GridShape& shape = around.set.shape();
+  const io::VolumeSet around = wrapped(block, ball, Vector3d::Zero());
+  const GridShape& shape = around.shape();
+  const PlaceOf place(ball, shape);
   for (int z = 0; z < shape.nz; ++z) {
     for (int y = 0; y < shape.ny; ++y) {
       for (int x = 0; x < shape.nx; ++x) {
-        const Vector3d at = around.corner_mm + shape.voxel_mm * Vector3d(x + 0.5, y + 0.5, z + 0.5);
-        if (at.norm() < radius) check(radius - at.norm(), around.set.media[0].mu(x, y, z));
+        const Vector3d at = place({x, y, z});
+        if (at.norm() < radius) check(radius - at.norm(), around.media[0].mu(x, y, z));
       }
     }
   }
@@ -96,14 +112,14 @@ TEST(Shell, GoesOnAllRoundTheObject) {
     block.media[0].mu[i] = mean + swing * (std::cos(x) + std::cos(y));
   }
   constexpr double outer = 2.0 * radius, depth = large.nz * voxel;
-  const Wrapped around = wrapped(block, sphere_mesh(outer, 24), Vector3d::Zero());
-  const GridShape& shape = around.set.shape();
+  const TriangleMesh ball = sphere_mesh(outer, 24);
+  const io::VolumeSet around = wrapped(block, ball, Vector3d::Zero());
+  const GridShape& shape = around.shape();
+  const PlaceOf place(ball, shape);
   const auto in_shell = [&](const Eigen::Vector3i& at) {
-    const Vector3d place =
-        around.corner_mm + shape.voxel_mm * (at.cast<double>() + Vector3d::Constant(0.5));
-    return place.norm() < outer && place.norm() > outer - 0.9 * depth;
+    return place(at).norm() < outer && place(at).norm() > outer - 0.9 * depth;
   };
-  const Volume<double>& mu = around.set.media[0].mu;
+  const Volume<double>& mu = around.media[0].mu;
   double step = 0.0, least = mean, most = mean;
   for (int z = 0; z + 1 < shape.nz; ++z) {
     for (int y = 0; y + 1 < shape.ny; ++y) {
