@@ -147,7 +147,7 @@ Asked draw_list(Painter& painter, std::string& fault) {
   for (std::size_t i = 0; i < list.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
     bool on = !list[i]->off;
-    if (ImGui::Checkbox("", &on)) {
+    if (ImGui::Checkbox("##on", &on)) {
       change = [i, on](EditHistory& history) { return history.switch_off(i, !on); };
     }
     ImGui::SameLine();

@@ -24,7 +24,11 @@ render::Edit Brush::edit(render::Selection where) const {
 }
 
 Painter::Painter(const render::Scene& scene, const render::World& world)
-    : scene_(scene), world_(world) {}
+    : scene_(scene), world_(world) {
+  for (const render::WorldObject& object : world.objects()) {
+    surfaces_.push_back({object.boundary.eta, object.roughness});
+  }
+}
 
 render::EditedObject& Painter::edited(std::size_t object) {
   std::unique_ptr<render::EditedObject>& edited = edited_[object];
@@ -36,6 +40,18 @@ render::EditedObject& Painter::edited(std::size_t object) {
         folder == folders_.end() ? std::nullopt : folder->second.voxel_mm());
   }
   return *edited;
+}
+
+bool Painter::is_homogeneous(std::size_t object) const {
+  if (made(object) != nullptr) return made(object)->history().homogeneous();
+  const render::SceneObject& of = scene_.objects[object];
+  return std::holds_alternative<render::HomogeneousMaterial>(of.material) && !of.edits;
+}
+
+std::array<double, 2> Painter::surface(std::size_t object) const {
+  const render::EditedObject* edited = made(object);
+  if (edited == nullptr) return surfaces_[object];
+  return {edited->history().volume().eta.value_or(surfaces_[object][0]), edited->roughness()};
 }
 
 Eigen::Matrix3d Painter::axes(std::size_t object) {
@@ -66,6 +82,7 @@ bool Painter::stroke_through(const render::LookAt& look, const std::vector<Eigen
   where.radius_mm = brush.radius_mm;
   where.depth_mm = brush.depth_mm;
   where.hardness = brush.hardness;
+  stroke_changes_ = false;  // where the next line throws
   stroke_changes_ = edited(*stroked_).history().try_edit(brush.edit(where)) > 0;
   return stroke_changes_;
 }

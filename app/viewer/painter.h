@@ -3,6 +3,7 @@
 // back and done again, and none is lost (app/edit/edit_folder.h).
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -52,8 +53,14 @@ class Painter {
   /// first.
   std::size_t in_hand() const { return in_hand_; }
   void take(std::size_t object) { in_hand_ = object; }
-  /// Made when first asked for.
+  /// Made when first asked for, which reads its volume.
   render::EditedObject& edited(std::size_t object);
+  /// None: not made yet.
+  const render::EditedObject* made(std::size_t object) const;
+  /// Of one material all through, as it is now.
+  bool is_homogeneous(std::size_t object) const;
+  /// η and roughness, as they are now.
+  std::array<double, 2> surface(std::size_t object) const;
   /// Directions of the volume's axes in the world: columns x, y, z.
   Eigen::Matrix3d axes(std::size_t object);
 
@@ -113,10 +120,10 @@ class Painter {
   void commit(std::size_t object);
   void changed(std::size_t object) const;
   void noted(std::size_t object);
-  const render::EditedObject* made(std::size_t object) const;
 
   const render::Scene& scene_;
   const render::World& world_;
+  std::vector<std::array<double, 2>> surfaces_;  ///< of unedited objects: η, roughness
   std::size_t in_hand_ = 0;
   std::map<std::size_t, std::unique_ptr<render::EditedObject>> edited_;
   std::map<std::size_t, EditFolder> folders_;

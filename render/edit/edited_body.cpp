@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/error.h"
 #include "forward/polygrid/closest_point.h"
 
 namespace kappamu::render {
@@ -32,23 +33,29 @@ EditedBody::EditedBody(const TriangleMesh& mesh, const RayCaster& rays,
       rays_(rays),
       object_from_volume_(object_from_volume),
       volume_mm_(volume_mm),
-      wrap_(wrap) {
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  skin_ = 1e-6 * box.diagonal().norm();
-  if (wrap == Wrap::clamp) {
-    images_ = {object_from_volume};
-    return;
+      wrap_(wrap),
+      skin_(1e-6 * bounding_box(mesh).diagonal().norm()) {}
+
+std::vector<Affine3d> EditedBody::images() const {
+  constexpr double most_images = 1e5;
+  if (wrap_ == Wrap::clamp) return {object_from_volume_};
+  const Eigen::AlignedBox3d seen = bounding_box(mesh_).transformed(object_from_volume_.inverse());
+  const Eigen::Array3d first = (seen.min().array() / volume_mm_.array()).floor(),
+                       last = (seen.max().array() / volume_mm_.array()).floor();
+  if ((last - first + 1.0).prod() > most_images) {
+    throw InputError(
+        "the volume lies in the object more than 100,000 times; edit it in the volume's frame");
   }
-  const Eigen::AlignedBox3d seen = box.transformed(object_from_volume.inverse());
-  const Eigen::Array3i first = (seen.min().array() / volume_mm.array()).floor().cast<int>(),
-                       last = (seen.max().array() / volume_mm.array()).floor().cast<int>();
-  for (int z = first.z(); z <= last.z(); ++z) {
-    for (int y = first.y(); y <= last.y(); ++y) {
-      for (int x = first.x(); x <= last.x(); ++x) {
-        images_.push_back(object_from_volume * moved({x, y, z}, volume_mm, wrap));
+  std::vector<Affine3d> images;
+  for (double z = first.z(); z <= last.z(); ++z) {
+    for (double y = first.y(); y <= last.y(); ++y) {
+      for (double x = first.x(); x <= last.x(); ++x) {
+        const Eigen::Vector3i tile = Vector3d(x, y, z).cast<int>();
+        images.push_back(object_from_volume_ * moved(tile, volume_mm_, wrap_));
       }
     }
   }
+  return images;
 }
 
 EditedBody::~EditedBody() = default;
@@ -56,8 +63,7 @@ EditedBody::~EditedBody() = default;
 std::optional<Vector3d> EditedBody::in_volume(const Vector3d& in_object) const {
   Vector3d place = object_from_volume_.inverse() * in_object;
   if (wrap_ != Wrap::clamp) {
-    const Eigen::Vector3i tile =
-        (place.array() / volume_mm_.array()).floor().cast<int>().matrix();
+    const Eigen::Vector3i tile = (place.array() / volume_mm_.array()).floor().cast<int>().matrix();
     place = moved(tile, volume_mm_, wrap_).inverse() * place;
   }
   if ((place.array() < 0.0).any() || (place.array() >= volume_mm_.array()).any()) {

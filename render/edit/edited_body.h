@@ -29,8 +29,8 @@ class EditedBody {
 
   const Eigen::Affine3d& object_from_volume() const { return object_from_volume_; }
   /// Where the volume lies in the object, again and again where it is repeated or mirrored: one map
-  /// for each time that its box meets the object's.
-  const std::vector<Eigen::Affine3d>& images() const { return images_; }
+  /// for each time that its box meets the object's. Throws InputError where these are too many.
+  std::vector<Eigen::Affine3d> images() const;
   /// A place of the object in the volume's own box, where the volume is repeated or mirrored;
   /// nothing beyond a volume that is neither.
   std::optional<Eigen::Vector3d> in_volume(const Eigen::Vector3d& in_object) const;
@@ -50,7 +50,6 @@ class EditedBody {
   Eigen::Affine3d object_from_volume_;
   Eigen::Vector3d volume_mm_;
   Wrap wrap_;
-  std::vector<Eigen::Affine3d> images_;
   double skin_ = 0.0;  ///< distances below this are rounding [mm]
   mutable std::once_flag asked_;
   mutable std::unique_ptr<forward::ClosestPoint> closest_;  ///< made when first asked for

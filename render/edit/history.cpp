@@ -257,6 +257,7 @@ VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set, const 
 
 std::size_t EditHistory::put(const VoxelDifference& difference,
                              VoxelValue VoxelDifference::Change::*side) {
+  ++revision_;
   for (std::size_t c = 0; c < difference.channels.size(); ++c) {
     for (const VoxelDifference::Change& change : difference.channels[c]) {
       const VoxelValue& value = change.*side;
@@ -276,7 +277,7 @@ std::size_t EditHistory::apply(const std::shared_ptr<const Edit>& edit, std::vec
     refine_for(*edit);
     step.difference = difference_of(*edit, volume_, body_);
     changed = put(step.difference, &VoxelDifference::Change::after);
-    if (edit->eta) volume_.eta = edit->eta;
+    if (edit->eta) volume_.eta = edit->eta;  // put() counts this as well
   }
   to.push_back(std::move(step));
   return changed;
@@ -326,15 +327,18 @@ void EditHistory::commit() {
   states_.push_back(std::move(list));
 }
 
-std::size_t EditHistory::set_list(EditList list) {
-  std::size_t changed = try_edit(std::nullopt);
+std::size_t EditHistory::go_to(const EditList& list) {
   const EditList before = this->list();
   try {
-    changed += follow(list);
+    return follow(list);
   } catch (...) {
     follow(before);
     throw;
   }
+}
+
+std::size_t EditHistory::set_list(EditList list) {
+  const std::size_t changed = try_edit(std::nullopt) + go_to(list);
   states_.resize(++at_);
   states_.push_back(std::move(list));
   return changed;
@@ -363,13 +367,19 @@ std::size_t EditHistory::remove(std::size_t place) {
 }
 
 std::size_t EditHistory::undo() {
-  const std::size_t changed = try_edit(std::nullopt);
-  return can_undo() ? changed + follow(states_[--at_]) : changed;
+  std::size_t changed = try_edit(std::nullopt);
+  if (!can_undo()) return changed;
+  changed += go_to(states_[at_ - 1]);
+  --at_;
+  return changed;
 }
 
 std::size_t EditHistory::redo() {
-  const std::size_t changed = try_edit(std::nullopt);
-  return can_redo() ? changed + follow(states_[++at_]) : changed;
+  std::size_t changed = try_edit(std::nullopt);
+  if (!can_redo()) return changed;
+  changed += go_to(states_[at_ + 1]);
+  ++at_;
+  return changed;
 }
 
 std::size_t EditHistory::held() const {

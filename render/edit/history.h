@@ -61,6 +61,8 @@ class EditHistory {
 
   /// With all edits of the list done that are not off, and the one on trial.
   const io::VolumeSet& volume() const { return volume_; }
+  /// Another number whenever the volume may have changed.
+  std::size_t revision() const { return revision_; }
   /// Whether no part of a homogeneous object was edited.
   bool homogeneous() const { return refined_ != nullptr; }
   /// What the edits make of the surface; none: they leave it.
@@ -103,6 +105,8 @@ class EditHistory {
   /// Makes the volume of one voxel one of many where `edit` needs it.
   void refine_for(const Edit& edit);
   std::size_t follow(const EditList& list);
+  /// The same; where it throws, the list is as before.
+  std::size_t go_to(const EditList& list);
   std::optional<double> surface(std::optional<double> Edit::*field) const;
 
   io::VolumeSet volume_;
@@ -112,6 +116,7 @@ class EditHistory {
   std::vector<Step> trial_;  ///< none or one
   std::vector<EditList> states_{EditList{}};
   std::size_t at_ = 0;  ///< of states_
+  std::size_t revision_ = 0;
 };
 
 /// Puts the edits of `recipe` at the end of the list, one state each. Warnings count the

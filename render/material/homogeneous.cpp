@@ -15,8 +15,7 @@ HomogeneousMaterial homogeneous_material(const Colour& reduced_scattering_per_mm
 
 ArtistTerms artist_terms(double kappa_mm, double mu_per_mm, double robin_A) {
   const double q = 3.0 * std::sqrt(kappa_mm * mu_per_mm);
-  const double albedo =
-      (1.0 - q * q / 3.0) / ((1.0 + q) * (1.0 + 2.0 * robin_A * q / 3.0));
+  const double albedo = (1.0 - q * q / 3.0) / ((1.0 + q) * (1.0 + 2.0 * robin_A * q / 3.0));
   return {std::max(albedo, 0.0), 3.0 * kappa_mm};
 }
 

@@ -27,11 +27,12 @@ HomogeneousMaterial homogeneous_material(const Colour& reduced_scattering_per_mm
 ///     R = (1 − q²/3) / ((1 + q)(1 + 2Aq/3))
 ///
 /// by diffusion of its first collisions (forward/lateral/lateral_diffusion.h at k = 0). R is solved
-/// for q in closed form. Against transport R is 2 % too low or less for R above 0.5, and up to 10 %
-/// for R above 0.1 (η 1.33 to 1.5, g 0.8; tests/render/artist_terms_test.cpp measures it).
+/// for q in closed form. Diffusion's R exceeds transport's by up to 1.2 % at R = 0.7, 5 % at 0.5,
+/// 15 % at 0.3 and 30 % at 0.2 (η 1.33 to 1.5, g 0.8 and 0.9; measured by
+/// tests/render/material/artist_terms_test.cpp).
 struct ArtistTerms {
-  double albedo = 0.5;              ///< R, in (0, 1]; 1 without absorption
-  double mean_free_path_mm = 1.0;   ///< 1/σt' = 3κ
+  double albedo = 0.5;             ///< R, in (0, 1]; 1 without absorption
+  double mean_free_path_mm = 1.0;  ///< 1/σt' = 3κ
 };
 ArtistTerms artist_terms(double kappa_mm, double mu_per_mm, double robin_A);
 

@@ -97,11 +97,14 @@ double EditedObject::roughness() const {
   return history_->roughness().value_or(object_.finish.roughness);
 }
 
-ObjectMedia EditedObject::media() const {
-  ObjectMedia media = history_->homogeneous() ? media_of(history_->volume(), placing_.source)
-                                              : media_of(history_->volume(), placing_);
-  media.roughness = roughness();
-  return media;
+const ObjectMedia& EditedObject::media() const {
+  if (!media_ || media_->first != history_->revision()) {
+    ObjectMedia media = history_->homogeneous() ? media_of(history_->volume(), placing_.source)
+                                                : media_of(history_->volume(), placing_);
+    media.roughness = roughness();
+    media_.emplace(history_->revision(), std::move(media));
+  }
+  return media_->second;
 }
 
 }  // namespace kappamu::render

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "io/volume/volume_file.h"
 #include "render/edit/history.h"
@@ -37,8 +38,8 @@ class EditedObject {
   /// Of a homogeneous object that is one still.
   std::optional<HomogeneousMaterial> homogeneous() const;
   double roughness() const;
-  /// As the object is now.
-  ObjectMedia media() const;
+  /// As the object is now; the same ones until it changes.
+  const ObjectMedia& media() const;
   /// Where the volume lies in the object.
   const Placing& placing() const { return placing_; }
 
@@ -58,6 +59,7 @@ class EditedObject {
   Placing placing_;
   std::unique_ptr<EditedBody> body_;  ///< none: homogeneous so far
   std::unique_ptr<EditHistory> history_;
+  mutable std::optional<std::pair<std::size_t, ObjectMedia>> media_;  ///< with their revision
 };
 
 }  // namespace kappamu::render

@@ -26,14 +26,13 @@ class MaterialGroup final : public PanelGroup {
 
   Asked draw(const PanelNumbers& numbers, ViewState& /*state*/) override {
     asked_ = Asked::nothing;
-    const render::EditHistory& history = painter_.edited(painter_.in_hand()).history();
     draw_presets();
-    if (history.homogeneous()) {
-      draw_terms(history.volume());
+    if (painter_.is_homogeneous(painter_.in_hand())) {
+      draw_terms(painter_.edited(painter_.in_hand()).history().volume());
     } else {
       draw_factors();
     }
-    draw_surface(history);
+    draw_surface();
     if (numbers.answer != nullptr) {
       ImGui::Text("answer of %s: %.0f ms", numbers.answer->model.c_str(),
                   numbers.answer->light_ms + numbers.answer->model_ms);
@@ -108,14 +107,15 @@ class MaterialGroup final : public PanelGroup {
     factor("mu", mu_factor_, &Edit::mu);
   }
 
-  void draw_surface(const render::EditHistory& history) {
+  void draw_surface() {
+    const std::array<double, 2> surface = painter_.surface(painter_.in_hand());
     Edit edit;
     edit.operation = Operation::surface;
-    auto eta = static_cast<float>(history.volume().eta.value_or(1.3));
+    auto eta = static_cast<float>(surface[0]);
     const bool by_eta = ImGui::SliderFloat("eta", &eta, 1.0F, 2.0F, "%.3f");
     edit.eta = static_cast<double>(eta);
     follow(by_eta, edit);
-    auto roughness = static_cast<float>(painter_.edited(painter_.in_hand()).roughness());
+    auto roughness = static_cast<float>(surface[1]);
     const bool by_roughness = ImGui::SliderFloat("roughness", &roughness, 0.0F, 1.0F, "%.2f");
     edit.eta.reset();
     edit.roughness = static_cast<double>(roughness);
