@@ -13,7 +13,8 @@ using LightOfChannels = std::array<ObjectLight, 3>;             ///< R, G, B
 using ExitanceOfChannels = std::array<std::vector<double>, 3>;  ///< per triangle
 using MediaOfChannels = std::array<std::shared_ptr<const ObjectMedium>, 3>;
 
-/// An object in its three media, which may change between answers; its mesh may not.
+/// An object in its three media, which may change between answers, as may the places of its
+/// vertices: LiveModel::follow().
 struct LiveBody {
   const TriangleMesh& mesh;
   const Surface& surface;  ///< surface_of(mesh)
@@ -55,6 +56,15 @@ class LiveModel {
   /// Beams closer than this change the answer no more [mm]; 0: those of incident_light() do.
   virtual double beam_spacing_mm() const { return 0.0; }
   virtual Answer solve(const LightOfChannels& light) = 0;
+
+  /// The body's mesh, surface and rays are of another shape of the same triangles. Where the model
+  /// cannot follow it has to be made anew; `former` is what that one may start from. Catching up
+  /// takes some `most_ms` at most, as far as the model can bound it.
+  virtual bool follow(double /*most_ms*/) { return false; }
+  /// Whether answers are of the shape as it is, and not of one that is still to be caught up with.
+  virtual bool caught_up() const { return true; }
+  /// Links, cells: what an answer is computed with.
+  virtual std::size_t elements() const { return 0; }
   /// Relative error of an answer by solve(), by a finer one.
   virtual double measured_error(const LightOfChannels& light,
                                 const ExitanceOfChannels& exitance) const = 0;

@@ -25,8 +25,9 @@ struct Range {
 };
 Range range_of(const Image<float>& map) {
   const double low = quantile(map.values(), 0.02), high = quantile(map.values(), 0.98);
-  const double middle = 0.5 * (low + high), half = std::max(0.5 * (high - low), 0.05 * middle);
-  return {std::max(0.0, middle - half), middle + half};
+  const double middle = 0.5 * (low + high);
+  const double half = std::max(0.5 * (high - low), 0.05 * std::abs(middle));
+  return {low < 0.0 ? middle - half : std::max(0.0, middle - half), middle + half};
 }
 
 Image<std::uint8_t> drawn(const Image<float>& map) {
@@ -70,6 +71,7 @@ Html wavelength_section(const sfdi::WavelengthMap& map) {
                       map_figure(map.musp, "reduced scattering σs'", "1/mm"),
                       map_figure(map.mua_deviation, "standard deviation of μa", "1/mm"),
                       map_figure(map.musp_deviation, "standard deviation of σs'", "1/mm")});
+  if (!map.height_mm.empty()) content += row({map_figure(map.height_mm, "height", "mm")});
   if (map.region) {
     const sfdi::RegionMean& r = *map.region;
     content += paragraph("Mean of the region's " + std::to_string(r.pixels) + " pixels: μa " +

@@ -7,7 +7,6 @@
 #include "app/command.h"
 #include "app/edit/edited_volume.h"
 #include "core/error.h"
-#include "io/polycube_file.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/verify.h"
 #include "render/embree_caster.h"
@@ -41,9 +40,8 @@ std::size_t object_of(const render::Scene& scene, const std::optional<std::strin
 struct Opened {
   std::optional<render::Scene> scene;
   EditSource source;
-  TriangleMesh mesh;
+  TriangleMesh rest, mesh;  ///< before its deformations, and as it is
   std::unique_ptr<RayCaster> rays;
-  std::optional<Polycube> polycube;
   std::unique_ptr<render::EditedObject> edited;
 };
 
@@ -53,12 +51,12 @@ void open_object(const EditOptions& options, const render::Recipe& recipe, Opene
   pipeline::require_as_written(render::files_of(*opened.scene));
   opened.source = {&*opened.scene, object_of(*opened.scene, options.object), {}};
   const render::SceneObject& object = opened.scene->objects[opened.source.object];
-  opened.mesh = render::make_object_mesh(object, warnings);
+  opened.rest = render::make_object_mesh(object, warnings);
+  opened.mesh = render::deformed_body(opened.rest, object.deform);
   opened.rays = render::make_embree_caster(opened.mesh);
-  if (object.polycube) opened.polycube = io::read_polycube(*object.polycube);
-  opened.edited = std::make_unique<render::EditedObject>(
-      object, opened.mesh, *opened.rays, opened.polycube ? &*opened.polycube : nullptr,
-      options.voxel_mm ? options.voxel_mm : recipe.voxel_mm);
+  opened.edited =
+      std::make_unique<render::EditedObject>(object, opened.rest, opened.mesh, *opened.rays,
+                                             options.voxel_mm ? options.voxel_mm : recipe.voxel_mm);
   warnings.insert(warnings.end(), opened.edited->warnings().begin(),
                   opened.edited->warnings().end());
 }
@@ -116,8 +114,8 @@ everywhere; or it changes the surface's index and roughness. Into OUT go:
   volume.vdb   the edited volume; `kappamu export OUT` and scenes take it
   scene.json   of a scene: the scene with the edited object, for `kappamu render`
 
-A homogeneous object becomes a volume over its box at the first edit of a part of it, a wrapped
-one by any edit. Edits of all of a homogeneous object leave it one, without volume.vdb. The same
+A homogeneous object becomes a volume over its box at the first edit of a part of it; a wrapped or
+composed one is edited as the voxels that it is made of. Edits of all of a homogeneous object leave it one, without volume.vdb. The same
 recipe on the same source gives equal bits. kappa is held within 0.0001 to 10000 mm and mu within
 0 to 10000 1/mm; a warning counts the coefficients held at these bounds. Standard deviations are
 scaled with their coefficients, zero where a number is set, and copied by a copy; resolution and
@@ -130,10 +128,11 @@ sensitivity stay those of the measurement.)");
   command->add_option("--object", options->object, "Of a scene with several: the one to edit")
       ->type_name("NAME");
   command
-      ->add_option("--voxel", options->voxel_mm,
-                   "Edge of the voxels that a homogeneous or wrapped object is made of [mm]; by "
-                   "itself the recipe's, else the smaller of a mean free path and a 64th of the "
-                   "object (wrapped: the block's), larger where there were more than two million")
+      ->add_option(
+          "--voxel", options->voxel_mm,
+          "Edge of the voxels that a homogeneous object is made of [mm]; by itself the "
+          "recipe's, else the smaller of a mean free path and a 64th of the object, larger "
+          "where there were more than two million")
       ->check(CLI::Range(1e-6, 1e6));
   add_out(*command, options->out, "Folder for the files; made if missing");
   add_most_voxels(*command, options->most_voxels);

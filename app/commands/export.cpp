@@ -21,7 +21,8 @@ struct ExportOptions {
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
   pipeline::OutputFolder out(options.out, "export", {io::find_volume(options.volume)},
-                             {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr"},
+                             {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr",
+                              "material"},
                              pipeline::Former::kept);
   io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
                                                      *progress, options.most_voxels);
@@ -54,6 +55,8 @@ volume.json and kappa_R.npy, mu_R.npy, ... Into OUT go, by --format:
   npy  npy/         NumPy: float32 [z][y][x] per coefficient and channel, volume.json
   vdb  volume.vdb   OpenVDB: fog grids kappa_R, mu_R, sigma_t_R, albedo_R, ..., density
   exr  exr/         one image per z layer with channels kappa.R, mu.R, ...
+  material  material/  the volume's mean as a shader's material: material.mtlx (MaterialX,
+                       OpenPBR subsurface colour and radius) and principled.json (Blender)
 
 Lengths are mm, coefficients mm and 1/mm, in every format. Values belong to voxel centres:
 voxel (i, j, k) of edge h is centred at ((i+1/2) h, (j+1/2) h, (k+1/2) h), x fastest.
@@ -69,7 +72,8 @@ A volume with a NaN or with kappa <= 0 is refused (exit code 1).)");
   command
       ->add_option(
           "--format", options->formats,
-          "vti, vol, pbrt, npy, vdb, exr or all (default); several with commas or repeated")
+          "vti, vol, pbrt, npy, vdb, exr, material or all but material (default); several with "
+          "commas or repeated")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("FORMAT");

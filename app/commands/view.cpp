@@ -105,6 +105,7 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
                                  {"frames", times.frames},
                                  {"light_ms", times.light_ms},
                                  {"model_ms", times.model_ms},
+                                 {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
                                  {"error_estimate", times.error_estimate},
                                  {"screenshots", times.screenshots},

@@ -24,13 +24,25 @@ ordered_json homogeneous(const render::HomogeneousMaterial& material) {
   return json;
 }
 
-/// The material's own placing stays, but that of a shell, which is now over the object's box.
-ordered_json measured(const ordered_json& before) {
-  if (!before.contains("volume") || before.value("placement", "") == "shell") {
-    return {{"volume", "volume.vdb"}};
+/// Its own placing stays of a volume that lies in the object as a solid. A homogeneous material's
+/// volume is stretched to the object's box; that of a shell or a composed material lies at its true
+/// scale.
+ordered_json measured(const ordered_json& before, const render::SceneObject& object,
+                      const render::EditedObject& edited) {
+  ordered_json json{{"volume", "volume.vdb"}};
+  if (std::holds_alternative<render::HomogeneousMaterial>(object.material)) return json;
+  const auto* volume = std::get_if<render::VolumeMaterial>(&object.material);
+  if (volume != nullptr && volume->placement != render::VolumeMaterial::Placement::shell) {
+    json = before;
+    json["volume"] = "volume.vdb";
+    return json;
   }
-  ordered_json json = before;
-  json["volume"] = "volume.vdb";
+  const GridShape& shape = edited.history().volume().shape();
+  const Eigen::Vector3d middle =
+      edited.placing().object_from_volume *
+      Eigen::Vector3d(0.5 * shape.voxel_mm * Eigen::Vector3d(shape.nx, shape.ny, shape.nz));
+  json["placement"] = "repeat";
+  json["offset_mm"] = {middle.x(), middle.y(), middle.z()};
   return json;
 }
 
@@ -54,7 +66,8 @@ std::string edited_scene(const render::Scene& scene, std::size_t object,
   ordered_json& changed = json["objects"][object];
   changed.erase("edits");
   const auto material = edited.homogeneous();
-  changed["material"] = material ? homogeneous(*material) : measured(changed["material"]);
+  changed["material"] = material ? homogeneous(*material)
+                                 : measured(changed["material"], scene.objects[object], edited);
   const render::EditHistory& history = edited.history();
   // Coefficients in place of a name state no index.
   const std::optional<double> eta = material ? history.volume().eta : history.eta();

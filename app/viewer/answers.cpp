@@ -75,6 +75,7 @@ void Answers::work() {
     lock.lock();
     working_ = false;
     failure_ = failure;
+    if (answer && answer_) answer->take_over(*answer_);
     answer_ = std::move(answer);
     if (failure_) return;
   }

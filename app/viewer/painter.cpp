@@ -36,7 +36,7 @@ render::EditedObject& Painter::edited(std::size_t object) {
     const render::WorldObject& made = world_.objects()[object];
     const auto folder = folders_.find(object);
     edited = std::make_unique<render::EditedObject>(
-        scene_.objects[object], made.mesh, *made.rays, made.drawn(),
+        scene_.objects[object], made.rest, made.mesh, *made.rays,
         folder == folders_.end() ? std::nullopt : folder->second.voxel_mm());
   }
   return *edited;

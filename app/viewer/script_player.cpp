@@ -110,4 +110,31 @@ void ScriptPlayer::obey(script::Quit /*quit*/, Stage& /*stage*/) {
   next_ = commands_.size();
 }
 
+void ScriptPlayer::obey(const script::Deform& deform, Stage& stage) const {
+  const auto& objects = stage.shaping.world().objects();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].name == deform.object) {
+      stage.shaping.set(i, deform.deformations, deform.moving);
+      return;
+    }
+  }
+  throw InputError(name_ + ": deform: there is no object '" + deform.object + "'");
+}
+
+void ScriptPlayer::obey(const script::Drag& drag, Stage& stage) const {
+  const Eigen::Vector2d size(options_.width, options_.height);
+  const render::LookAt look = stage.state.look(size.x() / size.y());
+  stage.shaping.brush.kind = drag.kind;
+  stage.shaping.brush.radius_mm = drag.radius_mm;
+  if (!stage.shaping.press(look, drag.from.cwiseQuotient(size))) {
+    throw InputError(name_ + ": drag: no object lies there");
+  }
+  stage.shaping.drag(look, drag.to.cwiseQuotient(size));
+  stage.shaping.release();
+}
+
+void ScriptPlayer::obey(script::Links links, Stage& stage) const {
+  stage.shaping.renewal = links == script::Links::anew;
+}
+
 }  // namespace kappamu::app

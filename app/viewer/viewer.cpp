@@ -18,6 +18,7 @@
 #include "app/viewer/panel/photographs.h"
 #include "app/viewer/panel/slice_window.h"
 #include "app/viewer/script_player.h"
+#include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"
 #include "core/error.h"
@@ -65,6 +66,7 @@ class Viewer {
         player_(options),
         live_(live),
         editing_(scene, live.world(), options, [this] { ask(); }),
+        shaping_(scene, live.world()),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
@@ -78,6 +80,7 @@ class Viewer {
     if (exposure_given_) state_.exposure = *scene.film.exposure;
     groups_.push_back(light_group());
     groups_.push_back(view_group(photograph_count() > 0));
+    groups_.push_back(shape_group(shaping_));
     groups_.push_back(edit_group(editing_.painter()));
     groups_.push_back(material_group(editing_.painter()));
     groups_.push_back(model_group(render::live_models(live.world())));
@@ -110,6 +113,7 @@ class Viewer {
     times_.light_ms = median(light_ms_);
     times_.model_ms = median(model_ms_);
     times_.frame_ms = median(frame_ms_);
+    for (const auto& [mode, milliseconds] : shape_ms_) times_.shape_ms[mode] = median(milliseconds);
     if (answer_) times_.error_estimate = answer_->error_estimate;
     times_.saved = editing_.saved();
     times_.warnings = editing_.warnings();
@@ -121,7 +125,7 @@ class Viewer {
 
   void ask() {
     if (!asked_since_) asked_since_.emplace();
-    answers_.ask({state_.lights, editing_.painter().media(), state_.model});
+    answers_.ask({state_.lights, editing_.painter().media(), state_.model, shaping_.question()});
   }
 
   bool take_answer() {
@@ -133,6 +137,14 @@ class Viewer {
         throw InputError(options_.script->string() + ": model: " + answer_->refused);
       state_.model = answer_->model;
     }
+    if (!answer_->moved.empty()) {
+      live_.show(*answer_);
+      canvas_.set_geometry(corners_.geometry());
+    }
+    shaping_.take(*answer_);
+    if (options_.script && !answer_->shape_refused.empty()) {
+      throw InputError(options_.script->string() + ": " + answer_->shape_refused);
+    }
     canvas_.set_light(corners_.light(*answer_));
     if (!exposure_given_) {
       state_.exposure = render::usual_exposure(live_.world(), *answer_, state_.camera.position_mm);
@@ -141,6 +153,7 @@ class Viewer {
     ++times_.answers;
     light_ms_.push_back(answer_->light_ms);
     model_ms_.push_back(answer_->model_ms);
+    if (answer_->mode != "static") shape_ms_[answer_->mode].push_back(answer_->total_ms());
     asked_since_.reset();
     if (answers_.waiting()) asked_since_.emplace();
     return true;
@@ -196,7 +209,7 @@ class Viewer {
       follow_keys();
       if (closing_) close(draw_closing_question());
     }
-    if (before.model != state_.model) ask();
+    if (before.model != state_.model || shaping_.take_change()) ask();
     if (state_.has_handle() && before.has_handle() && before.lamp == state_.lamp) {
       const auto was = render::angles_of(before.lights[state_.lamp], state_.centre);
       const auto is = render::angles_of(state_.lights[state_.lamp], state_.centre);
@@ -211,15 +224,22 @@ class Viewer {
   void follow_brush() {
     std::vector<Eigen::Vector2d> points;
     for (const PointerEvent& event : window_.take_pointer_events()) {
+      const ImVec2 screen = ImGui::GetIO().DisplaySize;
+      const Eigen::Vector2d at(event.x / static_cast<double>(screen.x),
+                               event.y / static_cast<double>(screen.y));
+      if (event.pressed && state_.tool == Tool::shape && !ImGui::GetIO().WantCaptureMouse) {
+        shaping_.press(look(), at);
+      }
+      if (shaping_.pressed()) {
+        shaping_.drag(look(), at);
+        if (!event.left) shaping_.release();
+        continue;
+      }
       if (event.pressed) {
         stroking_ = state_.tool == Tool::brush && state_.region.kind == Region::Kind::stroke &&
                     !ImGui::GetIO().WantCaptureMouse;
       }
-      const ImVec2 size = ImGui::GetIO().DisplaySize;
-      if (stroking_) {
-        points.emplace_back(event.x / static_cast<double>(size.x),
-                            event.y / static_cast<double>(size.y));
-      }
+      if (stroking_) points.push_back(at);
       if (event.left || !stroking_) continue;
       paint(std::exchange(points, {}));
       editing_.end_stroke();
@@ -228,10 +248,13 @@ class Viewer {
     if (!points.empty()) paint(points);
   }
 
-  void paint(const std::vector<Eigen::Vector2d>& points) {
+  render::LookAt look() const {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    editing_.stroke_through(state_.look(static_cast<double>(size.x) / size.y), points,
-                            state_.brush);
+    return state_.look(static_cast<double>(size.x) / static_cast<double>(size.y));
+  }
+
+  void paint(const std::vector<Eigen::Vector2d>& points) {
+    editing_.stroke_through(look(), points, state_.brush);
   }
 
   void follow_keys() {
@@ -269,9 +292,14 @@ class Viewer {
     }
     done_ = player_.finished();
     if (done_) return;
-    Stage stage{state_, editing_, photograph_count(), [this] { ask(); },
+    Stage stage{state_,
+                editing_,
+                shaping_,
+                photograph_count(),
+                [this] { ask(); },
                 [this](const std::filesystem::path& file) { write_screenshot(file); }};
     player_.play(stage);
+    if (shaping_.take_change()) ask();
   }
 
   void write_screenshot(const std::filesystem::path& file) {
@@ -286,6 +314,7 @@ class Viewer {
   ScriptPlayer player_;
   render::LiveScene& live_;
   Editing editing_;
+  Shaping shaping_;
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
@@ -300,6 +329,7 @@ class Viewer {
   Stopwatch since_drawn_;
   double last_frame_ms_ = 0.0;
   std::vector<double> light_ms_, model_ms_, frame_ms_;
+  std::map<std::string, std::vector<double>> shape_ms_;  ///< answers to shapes that moved, by mode
   ViewerTimes times_;
   SliceWindow slices_;
   std::optional<PhotographWindow> photographs_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,7 +24,8 @@ struct ViewerOptions {
 struct ViewerTimes {
   int answers = 0, frames = 0;
   double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
-  double error_estimate = 0.0;                            ///< of the last answer
+  std::map<std::string, double> shape_ms;  ///< answers to shapes that moved, by [M]'s mode
+  double error_estimate = 0.0;             ///< of the last answer
   std::vector<std::string> screenshots, saved, warnings;
   bool interrupted = false;  ///< by Ctrl-C
 };

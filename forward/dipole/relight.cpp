@@ -23,10 +23,15 @@ std::vector<Profile> profiles_of(const MediaOfChannels& media, double eta) {
   return profiles;
 }
 
+/// Links that one core moves in a millisecond, about.
+constexpr double links_per_ms = 5000.0;
+constexpr double most_links = 1e12;  ///< without a limit
+
 class Relight final : public LiveModel {
  public:
   Relight(const LiveBody& object, const ObjectOptions& options)
-      : surface_(object.surface),
+      : mesh_(object.mesh),
+        surface_(object.surface),
         media_(object.media),
         solved_(object.media),
         eta_(object.eta),
@@ -61,6 +66,15 @@ class Relight final : public LiveModel {
     return answer;
   }
 
+  bool follow(double most_ms) override {
+    const double most = std::clamp(links_per_ms * most_ms, 0.0, most_links);
+    hierarchy_.set_most_changes(static_cast<std::size_t>(most));
+    hierarchy_.update(mesh_, profiles_);
+    return true;
+  }
+  bool caught_up() const override { return hierarchy_.changes().pending() == 0; }
+  std::size_t elements() const override { return hierarchy_.links(); }
+
   double measured_error(const LightOfChannels& light,
                         const ExitanceOfChannels& exitance) const override {
     double worst = 0.0;
@@ -73,6 +87,7 @@ class Relight final : public LiveModel {
   }
 
  private:
+  const TriangleMesh& mesh_;
   const Surface& surface_;
   const MediaOfChannels& media_;
   MediaOfChannels solved_;  ///< that the hierarchy is of

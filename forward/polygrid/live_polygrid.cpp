@@ -6,6 +6,7 @@
 
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/shape/make_polygrid.h"
+#include "forward/polygrid/shape/moved_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 
 namespace kappamu::forward {
@@ -25,7 +26,7 @@ double LivePolygrid::beam_spacing_mm(const Surface& surface) {
 }
 
 LivePolygrid::LivePolygrid(const LiveBody& object, const std::string& device)
-    : object_(object), device_(device) {
+    : object_(object), device_(device), shape_(object.mesh) {
   Progress silent;
   PolygridOptions options;
   options.cells = live_cells;
@@ -34,6 +35,19 @@ LivePolygrid::LivePolygrid(const LiveBody& object, const std::string& device)
   diffusion_ =
       std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh, object.surface,
                                           object.eta, device, polygrid::Lights::moving);
+}
+
+bool LivePolygrid::follow(double /*most_ms*/) {
+  std::optional<Polygrid> grid =
+      moved_polygrid(diffusion_->grid(), shape_, object_.mesh, PolygridOptions().first_layer);
+  if (!grid) return false;
+  shape_ = object_.mesh;
+  auto moved = std::make_unique<PolygridDiffusion>(std::move(*grid), object_.mesh, object_.surface,
+                                                   object_.eta, device_, polygrid::Lights::moving);
+  moved->start_from(*diffusion_);
+  diffusion_ = std::move(moved);
+  media_ = {};
+  return true;
 }
 
 LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {

@@ -1,4 +1,5 @@
-// A live object on a polygrid: the equations and the last fluence of its channels.
+// A live object on a polygrid: the equations and the last fluence of its channels, from light to
+// light and from shape to shape.
 #pragma once
 
 #include "forward/live_model.h"
@@ -20,6 +21,9 @@ class LivePolygrid final : public LiveModel {
 
   double beam_spacing_mm() const override { return beam_spacing_mm(object_.surface); }
   Answer solve(const LightOfChannels& light) override;
+  /// Cells move with the surface, and answers start from the former one, as long as cells stay
+  /// valid.
+  bool follow(double most_ms) override;
   /// Of the G channel, by an answer on cells split in eight.
   double measured_error(const LightOfChannels& light,
                         const ExitanceOfChannels& exitance) const override;
@@ -27,6 +31,7 @@ class LivePolygrid final : public LiveModel {
  private:
   LiveBody object_;
   std::string device_;
+  TriangleMesh shape_;  ///< that the cells are of
   std::unique_ptr<polygrid::PolygridDiffusion> diffusion_;
   MediaOfChannels media_;  ///< that the equations are of
 };

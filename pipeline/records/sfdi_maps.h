@@ -31,6 +31,7 @@ struct LightCheck {
   std::optional<double> found_per_mm;
   double second_harmonic = 0.0, stripes = 0.0;  ///< over the amplitude
   std::size_t saturated = 0;
+  std::optional<double> shift_mm;  ///< median, of the fringes against the phantom's
 };
 
 /// Mean over region_px.
@@ -46,6 +47,7 @@ struct WavelengthMap {
   Image<float> mua, musp;                      ///< [1/mm]; not a number where not valid
   Image<float> mua_deviation, musp_deviation;  ///< standard [1/mm]
   Image<float> kappa, kappa_deviation;         ///< κ = 1/(3(μa + σs')) [mm]
+  Image<float> height_mm;                      ///< above the phantom's plane; empty: not measured
   Image<std::uint8_t> verdict;                 ///< inverse::LateralVerdict; 0: valid
   std::array<std::array<double, 2>, part_names.size()> parts{};  ///< median, relative: μa, σs'
   std::vector<LightCheck> checks;

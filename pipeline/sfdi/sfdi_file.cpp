@@ -54,6 +54,12 @@ void describe(Fields& fields, Spectra& s) {
 }
 
 template <class Fields>
+void describe(Fields& fields, ProjectorPlace& p) {
+  fields("degrees", p.degrees);
+  fields("distance_mm", p.distance_mm);
+}
+
+template <class Fields>
 void describe(Fields& fields, Pictures& p) {
   fields("wavelength_nm", p.wavelength_nm);
   fields("per_mm", p.per_mm);
@@ -78,6 +84,7 @@ void describe(Fields& fields, Description& d) {
   fields("reference", d.reference);
   fields("errors", d.errors);
   fields("spectra", d.spectra);
+  fields("projector", d.projector);
   fields("measurements", d.measurements);
 }
 
@@ -146,6 +153,18 @@ void check_pictures(const Checks& checks, const Description& d, std::size_t inde
   }
 }
 
+void check_projector(const Checks& checks, const Description& d) {
+  checks.positive(d.projector->distance_mm, "projector.distance_mm");
+  const double degrees = std::abs(d.projector->degrees);
+  checks.require(degrees >= 1.0 && degrees < 80.0, "projector.degrees",
+                 "is " + shown_number(d.projector->degrees) +
+                     "; it is an angle from 1 to 80 degrees, or -1 to -80 against the sinusoid's "
+                     "direction");
+  checks.require(d.reference && !d.reference->region_px, "projector",
+                 "needs the phantom's pictures pixel by pixel, as the plane that heights count "
+                 "from; state reference without region_px");
+}
+
 }  // namespace
 
 Description read_description(const std::filesystem::path& folder_or_file) {
@@ -190,6 +209,7 @@ Description read_description(const std::filesystem::path& folder_or_file) {
     checks.share(d.errors->own, "errors.own");
   }
   for (std::size_t i = 0; i < d.measurements.size(); ++i) check_pictures(checks, d, i);
+  if (d.projector) check_projector(checks, d);
   for (const Pictures& p : d.measurements) {
     checks.require(std::any_of(d.measurements.begin(), d.measurements.end(),
                                [&](const Pictures& other) {

@@ -46,6 +46,12 @@ struct Errors {
   double own = 0.0;     ///< of each spatial frequency by itself
 };
 
+/// Where the projector stands; the camera looks straight down at the picture's centre.
+struct ProjectorPlace {
+  double degrees = 0.0;  ///< from the camera's axis in the direction of the sinusoids' change
+  double distance_mm = 0.0;
+};
+
 /// One wavelength under one sinusoid, or under even light.
 struct Pictures {
   double wavelength_nm = 0.0;
@@ -60,10 +66,10 @@ struct Pictures {
 
 /// Absorbers whose amounts are fitted to μa of all wavelengths.
 struct Spectra {
-  /// Of core/chromophores.h, or columns of `file`.
+  /// Of forward/lateral/chromophores.h, or columns of `file`.
   std::vector<std::string> absorbers;
   /// CSV with a column wavelength_nm and one by absorber: absorption of one unit [1/mm]. Empty:
-  /// tables of core/chromophores.h.
+  /// tables of forward/lateral/chromophores.h.
   std::string file;
 };
 
@@ -80,6 +86,7 @@ struct Description {
   std::optional<Reference> reference;
   std::optional<Errors> errors;
   std::optional<Spectra> spectra;
+  std::optional<ProjectorPlace> projector;  ///< stated: height and tilt are measured and corrected
   std::vector<Pictures> measurements;
 };
 

@@ -5,11 +5,11 @@
 #include <limits>
 #include <set>
 
-#include "core/chromophores.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/parallel.h"
 #include "core/shown_text.h"
+#include "forward/lateral/chromophores.h"
 #include "inverse/lateral/spectral_fit.h"
 #include "io/csv_table.h"
 

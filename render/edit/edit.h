@@ -123,7 +123,7 @@ struct Edit {
 
 struct Recipe {
   std::vector<Edit> edits;  ///< in the order in which they are done
-  /// Edge of the voxels that a homogeneous or wrapped object is made of [mm]; none: by itself.
+  /// Edge of the voxels that a homogeneous object is made of [mm]; none: by itself.
   std::optional<double> voxel_mm;
 };
 

@@ -61,14 +61,23 @@ std::vector<std::string> live_models(const World& world) {
 
 /// One object's model, and what it keeps from light to light, if anything.
 struct LiveScene::Solver {
-  Solver(const WorldObject& lit, const std::string& name, const OptionValues& parameters,
+  Solver(const WorldObject& of, const std::string& name, const OptionValues& parameters,
          const LiveOptions& asked)
-      : object{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
+      : lit(of),
+        object{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
         model(forward::make_object_model(name, forward::ModelError::left_out, parameters)) {
     options.device = asked.device;
     options.seed = asked.seed;
     options.tolerance = asked.tolerance.value_or(usual_tolerance);
+    keep();
+  }
+
+  void keep() {
     kept = model->keep(object, options);
+    place_beams();
+  }
+
+  void place_beams() {
     if (kept && kept->beam_spacing_mm() > 0.0) {
       places = beam_places(lit, {kept->beam_spacing_mm(), kept->beam_spacing_mm()});
     }
@@ -86,8 +95,8 @@ struct LiveScene::Solver {
     answer.iterations = std::max(answer.iterations, solved.iterations);
     answer.residual = std::max(answer.residual, solved.residual);
     answer.converged = answer.converged && solved.converged;
-    if (!measured) measured = kept->measured_error(light, solved.exitance);
-    answer.error_estimate = std::max(answer.error_estimate, *measured);
+    if (!measured && middles.empty()) measured = kept->measured_error(light, solved.exitance);
+    answer.error_estimate = std::max(answer.error_estimate, measured.value_or(0.0));
     return std::move(solved.exitance);
   }
 
@@ -106,11 +115,30 @@ struct LiveScene::Solver {
     return exitance;
   }
 
+  /// The object's shape is another.
+  void follow(const ShapeQuestion& shape, LiveAnswer& answer) {
+    measured.reset();
+    middles = shape.moving ? middles_of(lit) : std::vector<BeamPlace>();
+    const double most_ms = shape.moving ? shape.most_ms : std::numeric_limits<double>::infinity();
+    if (!kept) return;
+    answer.mode = "incremental";
+    if (shape.by == FollowBy::renewal || !kept->follow(most_ms)) {
+      keep();
+      answer.mode = "on the fly";
+    }
+    answer.caught_up = answer.caught_up && kept->caught_up();
+    place_beams();
+  }
+
+  bool caught_up() const { return !kept || kept->caught_up(); }
+
+  const WorldObject& lit;
   forward::LiveBody object;
   std::unique_ptr<forward::ObjectModel> model;
   forward::ObjectOptions options;
   std::unique_ptr<forward::LiveModel> kept;
   std::vector<BeamPlace> places;   ///< of a model that says how far apart
+  std::vector<BeamPlace> middles;  ///< while the shape moves, of a model that does not
   std::optional<double> measured;  ///< error of the first answer
 };
 
@@ -118,15 +146,19 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
                      std::vector<std::string>& warnings)
     : world_(scene, warnings), options_(options) {
   start(options.model ? *options.model : live_models(world_).front(), options.parameters);
-  const std::optional<Environment> environment = make_environment(scene.lights);
+  environment_ = make_environment(scene.lights);
+  for (const SceneObject& object : scene.objects) shape_.push_back(object.deform);
+  accepted_ = shape_;
+  diffuse_.resize(world_.objects().size());
+  for (std::size_t i = 0; i < world_.objects().size(); ++i) light_from_sky(i);
+}
+
+void LiveScene::light_from_sky(std::size_t object) {
+  if (!environment_) return;
   Progress silent;
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    diffuse_.emplace_back();
-    if (!environment) continue;
-    IncidentLight light = incident_light(world_, i, {}, &*environment, options.seed, silent);
-    for (std::size_t c = 0; c < 3; ++c) {
-      diffuse_.back()[c] = std::move(light.channels[c].diffuse);
-    }
+  IncidentLight light = incident_light(solved(), object, {}, &*environment_, options_.seed, silent);
+  for (std::size_t c = 0; c < 3; ++c) {
+    diffuse_[object][c] = std::move(light.channels[c].diffuse);
   }
 }
 
@@ -134,27 +166,74 @@ LiveScene::~LiveScene() = default;
 
 void LiveScene::start(const std::string& model, const OptionValues& parameters) {
   std::vector<std::unique_ptr<Solver>> solvers;
-  for (const WorldObject& object : world_.objects())
+  for (const WorldObject& object : solved().objects())
     solvers.push_back(std::make_unique<Solver>(object, model, parameters, options_));
   solvers_ = std::move(solvers);
   model_ = model;
+  parameters_ = parameters;
+}
+
+void LiveAnswer::take_over(LiveAnswer& earlier) {
+  moved.merge(earlier.moved);
+  if (shape_refused.empty()) shape_refused = earlier.shape_refused;
+}
+
+void LiveScene::show(const LiveAnswer& answer) {
+  for (const auto& [object, vertices] : answer.moved) world_.move(object, vertices);
+}
+
+void LiveScene::follow(std::size_t object, std::vector<Eigen::Vector3d> vertices,
+                       const ShapeQuestion& shape, LiveAnswer& answer) {
+  if (!solved_) {
+    solved_ = std::make_unique<World>(world_);
+    start(model_, OptionValues(parameters_));
+  }
+  answer.moved[object] = vertices;
+  solved_->move(object, std::move(vertices));
+  solvers_[object]->follow(shape, answer);
+  if (!shape.moving) light_from_sky(object);
+}
+
+void LiveScene::set_shapes(const ShapeQuestion& shape, LiveAnswer& answer) {
+  const Stopwatch watch;
+  for (const auto& [object, asked] : shape.of) {
+    const Solver& solver = *solvers_[object];
+    const bool rough = !solver.middles.empty() || !solver.caught_up();
+    if (asked == shape_[object] && (shape.moving || !rough)) continue;
+    const TriangleMesh& rest = solver.lit.rest;
+    shape_[object] = asked;
+    TriangleMesh mesh;
+    try {
+      const bool known = shape.moving || asked == accepted_[object];
+      mesh = known ? deformed(rest, asked) : deformed_body(rest, asked);
+      if (!shape.moving) accepted_[object] = asked;
+    } catch (const InputError& refusal) {
+      answer.shape_refused = "object '" + solver.lit.name + "': " + refusal.what();
+      shape_[object] = accepted_[object];
+      mesh = deformed(rest, accepted_[object]);
+    }
+    follow(object, std::move(mesh.vertices), shape, answer);
+  }
+  answer.shape_ms = watch.milliseconds();
 }
 
 void LiveScene::set_media(std::size_t object, const ObjectMedia& media) {
-  const double eta = world_.objects()[object].boundary.eta;
-  world_.set_media(object, media);
-  if (world_.objects()[object].boundary.eta == eta) return;
-  solvers_[object] =
-      std::make_unique<Solver>(world_.objects()[object], model_, options_.parameters, options_);
+  const WorldObject& edited = solved().objects()[object];
+  const double eta = edited.boundary.eta;
+  solved().set_media(object, media);
+  if (edited.boundary.eta == eta) return;
+  solvers_[object] = std::make_unique<Solver>(edited, model_, parameters_, options_);
 }
 
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   for (const auto& [object, media] : question.media) set_media(object, media);
   LiveAnswer answer;
-  if (!can_answer(forward::object_model(model_), world_)) start(live_models(world_).front(), {});
+  if (!can_answer(forward::object_model(model_), solved())) {
+    start(live_models(solved()).front(), {});
+  }
   if (!question.model.empty() && question.model != model_) {
     try {
-      if (!can_answer(forward::object_model(question.model), world_)) {
+      if (!can_answer(forward::object_model(question.model), solved())) {
         throw InputError("model " + question.model + " does not answer for these objects; " +
                          model_ + " does");
       }
@@ -164,19 +243,22 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
     }
   }
   answer.model = model_;
+  set_shapes(question.shape, answer);
+  const World& world = solved();
   const Stopwatch watch;
   const LightSources sources = make_light_sources(question.lights);
   std::vector<LightOfChannels> incident;
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    const std::vector<BeamPlace>& places = solvers_[i]->places;
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const Solver& solver = *solvers_[i];
+    const std::vector<BeamPlace>& places = solver.places.empty() ? solver.middles : solver.places;
     incident.push_back(
         places.empty()
-            ? incident_light(world_, i, sources, nullptr, options_.seed, progress).channels
-            : beams_at(world_, i, sources, places));
+            ? incident_light(world, i, sources, nullptr, options_.seed, progress).channels
+            : beams_at(world, i, sources, places));
     for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
   }
   answer.light_ms = watch.milliseconds();
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
     ObjectExitance exitance;
     exitance.diffuse = diffuse_[i];
     exitance.exitance = solvers_[i]->solve(incident[i], answer, progress);

@@ -15,17 +15,17 @@ EditedObject::EditedObject(const std::filesystem::path& volume, std::size_t most
   object_.material = VolumeMaterial{volume};
   block_ = make_object_mesh(object_, warnings_);
   at_block_ = make_embree_caster(block_);
-  mesh_ = &block_;
+  rest_ = mesh_ = &block_;
   rays_ = at_block_.get();
   placing_ = placing_of(std::get<VolumeMaterial>(object_.material), shape,
                         bounding_box(block_).sizes(), volume.string());
   begin(std::move(set));
 }
 
-EditedObject::EditedObject(const SceneObject& object, const TriangleMesh& mesh,
-                           const RayCaster& rays, const Polycube* drawn,
+EditedObject::EditedObject(const SceneObject& object, const TriangleMesh& rest,
+                           const TriangleMesh& mesh, const RayCaster& rays,
                            std::optional<double> voxel_mm)
-    : object_(object), mesh_(&mesh), rays_(&rays), drawn_(drawn), voxel_mm_(voxel_mm) {
+    : object_(object), rest_(&rest), mesh_(&mesh), rays_(&rays), voxel_mm_(voxel_mm) {
   begin();
   if (object.edits) do_scenes_edits();
 }
@@ -33,7 +33,7 @@ EditedObject::EditedObject(const SceneObject& object, const TriangleMesh& mesh,
 void EditedObject::begin() {
   const auto* material = std::get_if<HomogeneousMaterial>(&object_.material);
   if (material == nullptr) {
-    PlacedVolume placed = placed_volume(object_, *mesh_, drawn_, voxel_mm_);
+    PlacedVolume placed = placed_volume(object_, *rest_, *mesh_, voxel_mm_, warnings_);
     placing_ = std::move(placed.placing);
     begin(std::move(placed.set));
     return;
@@ -42,7 +42,7 @@ void EditedObject::begin() {
   io::VolumeSet voxel = one_voxel(*material);
   if (object_.finish.eta) voxel.eta = object_.finish.eta;
   history_ = std::make_unique<EditHistory>(std::move(voxel), [this] {
-    PlacedVolume placed = placed_volume(object_, *mesh_, drawn_, voxel_mm_);
+    PlacedVolume placed = placed_volume(object_, *rest_, *mesh_, voxel_mm_, warnings_);
     placing_ = std::move(placed.placing);
     const GridShape& shape = placed.set.shape();
     body_ = std::make_unique<EditedBody>(
@@ -64,8 +64,11 @@ void EditedObject::begin(io::VolumeSet set) {
 void EditedObject::do_scenes_edits() {
   const Recipe recipe = read_recipe(*object_.edits);
   if (!voxel_mm_) voxel_mm_ = recipe.voxel_mm;
-  apply(recipe, object_.edits->string(), *history_, warnings_);
-  for (std::string& warning : warnings_) warning = object_.edits->string() + ": " + warning;
+  std::vector<std::string> warnings;
+  apply(recipe, object_.edits->string(), *history_, warnings);
+  for (const std::string& warning : warnings) {
+    warnings_.push_back(object_.edits->string() + ": " + warning);
+  }
   if (history_->eta()) object_.finish.eta = history_->eta();
   if (history_->roughness()) object_.finish.roughness = *history_->roughness();
   if (const std::optional<HomogeneousMaterial> edited = homogeneous()) {

@@ -20,18 +20,18 @@ class EditedObject {
   /// it, whose own frame has its origin at the block's centre.
   explicit EditedObject(const std::filesystem::path& volume,
                         std::size_t most_voxels = io::default_most_voxels);
-  /// `mesh`, in the object's frame, and `rays` against it outlive this. `voxel_mm` as in
-  /// placed_volume(). Edits that the scene states of the object are done, and are not in the list.
-  /// A homogeneous object becomes a volume at the first edit of a part of it. Throws InputError as
-  /// placed_volume() and read_recipe().
-  EditedObject(const SceneObject& object, const TriangleMesh& mesh, const RayCaster& rays,
-               const Polycube* drawn = nullptr, std::optional<double> voxel_mm = std::nullopt);
+  /// `rest` and `mesh`, the object before its deformations and as it is, in its own frame, and
+  /// `rays` against `mesh` outlive this. `voxel_mm` as in placed_volume(). Edits that the scene
+  /// states of the object are done, and are not in the list. A homogeneous object becomes a volume
+  /// at the first edit of a part of it. Throws InputError as placed_volume() and read_recipe().
+  EditedObject(const SceneObject& object, const TriangleMesh& rest, const TriangleMesh& mesh,
+               const RayCaster& rays, std::optional<double> voxel_mm = std::nullopt);
   EditedObject(const EditedObject&) = delete;
   EditedObject& operator=(const EditedObject&) = delete;
 
   EditHistory& history() { return *history_; }
   const EditHistory& history() const { return *history_; }
-  /// Of the scene's own edits.
+  /// Of the material's making, and of the scene's own edits.
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// The list, with the edge of voxels that it is for.
   Recipe recipe() const;
@@ -51,9 +51,8 @@ class EditedObject {
   SceneObject object_;
   TriangleMesh block_;                   ///< of a volume by itself
   std::unique_ptr<RayCaster> at_block_;  ///< rays against it
-  const TriangleMesh* mesh_ = nullptr;
+  const TriangleMesh *rest_ = nullptr, *mesh_ = nullptr;
   const RayCaster* rays_ = nullptr;
-  const Polycube* drawn_ = nullptr;
   std::optional<double> voxel_mm_;
   std::vector<std::string> warnings_;
   Placing placing_;

@@ -1,11 +1,13 @@
 #include "render/scene/object_media.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/material/baked_field.h"
+#include "render/material/composed_field.h"
 #include "render/scene/object_shape.h"
-#include "render/scene/shell.h"
 
 namespace kappamu::render {
 
@@ -71,29 +73,48 @@ Placing placing_of(const VolumeMaterial& material, const GridShape& shape, const
 
 namespace {
 
-PlacedVolume measured(const SceneObject& object, const TriangleMesh& mesh, const Polycube* drawn,
-                      std::optional<double> voxel_mm) {
-  using Placement = VolumeMaterial::Placement;
-  const auto& material = std::get<VolumeMaterial>(object.material);
+PlacedVolume measured(const SceneObject& object, const VolumeMaterial& material,
+                      const TriangleMesh& rest) {
   const std::filesystem::path file = io::find_volume(material.volume);
   PlacedVolume placed{io::read_volume(file), {}};
-  const Vector3d box = bounding_box(mesh).sizes();
-  if (material.placement == Placement::shell) {
-    try {
-      placed.set = wrapped(placed.set, mesh, material.offset_mm, drawn, voxel_mm);
-    } catch (const InputError& error) {
-      throw InputError("object '" + object.name + "': placement shell: " + error.what());
-    }
-    placed.placing = placing_of({}, placed.set.shape(), box, file.string());
-    return placed;
-  }
+  const Vector3d box = bounding_box(rest).sizes();
   const GridShape& shape = placed.set.shape();
-  if (material.placement != Placement::stretch && box.maxCoeff() < shape.voxel_mm) {
+  if (material.placement != VolumeMaterial::Placement::stretch && box.maxCoeff() < shape.voxel_mm) {
     throw InputError("object '" + object.name + "' is smaller than a voxel of " + file.string() +
                      "; make size_mm larger or write \"placement\": \"stretch\"");
   }
   placed.placing = placing_of(material, shape, box, file.string());
   return placed;
+}
+
+/// Of a shell and of composed materials.
+PlacedVolume of_field(const Material& material, const std::string& object, const TriangleMesh& mesh,
+                      std::vector<std::string>& warnings) {
+  const NamedField made = make_field(material, mesh);
+  std::vector<std::string> notes;
+  Baked voxels = baked(*made.field, mesh, notes);
+  for (const std::string& note : notes) warnings.push_back("object '" + object + "': " + note);
+  voxels.set.eta = made.eta;
+  return {std::move(voxels.set),
+          {Affine3d(Eigen::Translation3d(voxels.corner_mm)), Wrap::clamp, made.source}};
+}
+
+/// Two million voxels fill it [mm].
+double smallest_voxel(const Vector3d& box) {
+  constexpr double most_voxels = 2e6;
+  return std::cbrt(box.prod() / most_voxels);
+}
+
+/// Voxels of this edge that fill a box, into which they are then stretched.
+GridShape voxels_of(const Vector3d& box, double voxel_mm) {
+  constexpr double channels = 3.0, largest_extent = 65536.0;
+  const Eigen::Array3d n = (box / voxel_mm).array().ceil().max(1.0);
+  if (n.maxCoeff() > largest_extent ||
+      2.0 * channels * n.prod() > static_cast<double>(io::default_most_voxels)) {
+    throw InputError("voxels of " + std::to_string(voxel_mm) + " mm are too many for it (" +
+                     std::to_string(n.prod()) + "); write a larger voxel_mm");
+  }
+  return {static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]), voxel_mm};
 }
 
 PlacedVolume filled(const HomogeneousMaterial& material, const TriangleMesh& mesh,
@@ -124,15 +145,31 @@ io::VolumeSet one_voxel(const HomogeneousMaterial& material) {
   return set;
 }
 
-PlacedVolume placed_volume(const SceneObject& object, const TriangleMesh& mesh,
-                           const Polycube* drawn, std::optional<double> voxel_mm) {
-  const auto* material = std::get_if<HomogeneousMaterial>(&object.material);
-  if (material == nullptr) return measured(object, mesh, drawn, voxel_mm);
-  try {
-    return filled(*material, mesh, voxel_mm);
-  } catch (const InputError& error) {
-    throw InputError("object '" + object.name + "': " + error.what());
+PlacedVolume placed_volume(const SceneObject& object, const TriangleMesh& rest,
+                           const TriangleMesh& mesh, std::optional<double> voxel_mm,
+                           std::vector<std::string>& warnings) {
+  if (const auto* volume = std::get_if<VolumeMaterial>(&object.material);
+      volume != nullptr && volume->placement != VolumeMaterial::Placement::shell) {
+    return measured(object, *volume, rest);
   }
+  const auto* alike = std::get_if<HomogeneousMaterial>(&object.material);
+  try {
+    return alike != nullptr ? filled(*alike, rest, voxel_mm)
+                            : of_field(object.material, object.name, mesh, warnings);
+  } catch (const InputError& error) {
+    throw InputError("object '" + object.name + "': its material: " + error.what());
+  }
+}
+
+io::VolumeSet colour_channels(const io::VolumeSet& set, const std::string& file) {
+  io::VolumeSet colours;
+  colours.eta = set.eta;
+  const std::array<std::size_t, 3> indices = channel_indices(set, file);
+  for (std::size_t c = 0; c < std::min<std::size_t>(3, set.channels.size()); ++c) {
+    colours.channels.push_back(set.channels[indices[c]]);
+    colours.media.push_back(set.media[indices[c]]);
+  }
+  return colours;
 }
 
 ObjectMedia media_of(const io::VolumeSet& voxel, const std::string& source) {
@@ -167,6 +204,15 @@ ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing) {
                                              placing.object_from_volume.inverse(), placing.wrap);
   }
   return media;
+}
+
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,
+                              const TriangleMesh& mesh, std::vector<std::string>& warnings) {
+  if (const auto* alike = std::get_if<HomogeneousMaterial>(&object.material)) {
+    return media_of(one_voxel(*alike), alike->source);
+  }
+  const PlacedVolume placed = placed_volume(object, rest, mesh, std::nullopt, warnings);
+  return media_of(placed.set, placed.placing);
 }
 
 }  // namespace kappamu::render

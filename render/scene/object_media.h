@@ -4,8 +4,8 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "io/volume/volume_set.h"
@@ -30,7 +30,7 @@ struct Placing {
   std::string source;  ///< of the volume, or of the material that it is made of
 };
 
-/// Of a volume of this shape in an object of this box [mm]; a shell's is over the whole box.
+/// Of a solid volume of this shape in an object of this box [mm].
 Placing placing_of(const VolumeMaterial& material, const GridShape& shape,
                    const Eigen::Vector3d& box, const std::string& source);
 
@@ -40,14 +40,19 @@ struct PlacedVolume {
   Placing placing;
 };
 
-/// `mesh` is the object [mm], its box centred at the origin. A homogeneous or wrapped one becomes a
-/// volume over the object's box, of voxels of `voxel_mm`. By itself they are those of the wrapped
-/// block; of a homogeneous one the smaller of a mean free path 3κ and a 64th of the longest edge;
-/// and larger where there would be more than two million. Throws InputError naming the object and
-/// what is wrong. `drawn` as in forward::PolygridOptions.
-PlacedVolume placed_volume(const SceneObject& object, const TriangleMesh& mesh,
-                           const Polycube* drawn = nullptr,
-                           std::optional<double> voxel_mm = std::nullopt);
+/// A volume lies in the box of `rest`, the object before its deformations [mm], which is centred at
+/// the origin; a shell and a composed material lie in `mesh`, the object as it is. A homogeneous
+/// material becomes a volume over the box of `rest`, of voxels of `voxel_mm`: by itself the smaller
+/// of a mean free path 3κ and a 64th of the longest edge, and larger where there would be more than
+/// two million. Throws InputError naming the object and what is wrong: no channels R, G, B (a
+/// single channel serves all three), an object smaller than a voxel, what a field's maker refuses.
+PlacedVolume placed_volume(const SceneObject& object, const TriangleMesh& rest,
+                           const TriangleMesh& mesh, std::optional<double> voxel_mm,
+                           std::vector<std::string>& warnings);
+
+/// The media of an object without edits.
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,
+                              const TriangleMesh& mesh, std::vector<std::string>& warnings);
 
 /// Of a homogeneous object: R, G, B of one voxel.
 io::VolumeSet one_voxel(const HomogeneousMaterial& material);
@@ -56,5 +61,9 @@ io::VolumeSet one_voxel(const HomogeneousMaterial& material);
 ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing);
 /// Of one voxel: the same everywhere.
 ObjectMedia media_of(const io::VolumeSet& voxel, const std::string& source);
+
+/// R, G, B of a volume in this order, or its single channel; `file` names it. Throws InputError
+/// where there are other channels only.
+io::VolumeSet colour_channels(const io::VolumeSet& set, const std::string& file);
 
 }  // namespace kappamu::render

@@ -240,8 +240,8 @@ class Strokes {
       : world_(world),
         live_(live),
         voxel_mm_(voxel_of(world.objects()[0].mesh, live.cells())),
-        edited_(scene.objects[0], world.objects()[0].mesh, *world.objects()[0].rays, nullptr,
-                voxel_mm_),
+        edited_(scene.objects[0], world.objects()[0].rest, world.objects()[0].mesh,
+                *world.objects()[0].rays, voxel_mm_),
         corners_(world) {
     // Boxes of other coefficients, so that the volume is no homogeneous one.
     const Eigen::AlignedBox3d box = bounding_box(world.objects()[0].mesh);

@@ -327,6 +327,49 @@ TEST_F(ViewEdits, KilledLeavesAWholeRecipeAndVolume) {
   expect_repeated_by_the_command_line();
 }
 
+// By the window's own path: a shape that deforms, by a list and by a drag, and one that it does not
+// bear.
+TEST_F(ViewCommand, ScriptsDeformObjects) {
+  io::write_text_atomically(folder() / "rod.json", R"({"format": "kappamu-scene", "version": 1,
+      "objects": [{"name": "rod", "shape": "cylinder", "proportion": 0.2, "size_mm": 30,
+                   "material": {"published": "marble"}}],
+      "lights": [{"kind": "directional", "direction": [0, 0, -1], "irradiance": 1}],
+      "camera": {"position_mm": [0, 0, 120], "target_mm": [0, 0, 0], "fov_deg": 18},
+      "film": {"width": 64, "height": 64}})");
+  const auto list = [&](const char* name, int degrees) {
+    io::write_text_atomically(
+        folder() / name,
+        json{{{"kind", "bend"}, {"degrees", degrees}, {"axis", {0, 0, 1}}}}.dump());
+  };
+  list("some.json", 60);
+  list("much.json", 360);
+  const auto viewed = [&](const std::string& script) {
+    io::write_text_atomically(folder() / "script.txt", script);
+    return run_process("xvfb-run -a " KAPPAMU_PROGRAM " --json view " + path("rod.json") +
+                       " --script " + path("script.txt") + " -o " + folder().string());
+  };
+  const ProcessResult result = viewed(
+      "panel off\nscreenshot rest.png\ndeform rod some.json moving\ndeform rod some.json\n"
+      "screenshot bent.png\ndrag pull 32 32 40 20 4\nscreenshot pulled.png\nlinks anew\n"
+      "deform rod some.json\nscreenshot again.png\n");
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  const json summary = json::parse(last_line(result.standard_output));
+  EXPECT_GT(summary["shape_ms"]["incremental"], 0.0);
+  EXPECT_GT(summary["shape_ms"]["on the fly"], 0.0);
+  const auto picture = [&](const char* name) {
+    return io::read_code_image(folder() / name).values();
+  };
+  EXPECT_NE(picture("rest.png"), picture("bent.png"));
+  EXPECT_NE(picture("bent.png"), picture("pulled.png"));
+  EXPECT_THAT(viewed("deform rod much.json\n").standard_error,
+              testing::HasSubstr("deform[0], bend of 360 degrees, makes the surface cross itself"));
+  EXPECT_THAT(viewed("deform cone some.json\n").standard_error,
+              testing::HasSubstr("there is no object 'cone'"));
+}
+
 /// Of a run: the photographs of its patterns, beside what the volume predicts.
 TEST_F(ViewCommand, ShowsARunsPhotographs) {
   const auto viewed = [&](const std::string& script) {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/chromophores.h"
+#include "forward/lateral/chromophores.h"
 
 namespace kappamu::inverse {
 namespace {

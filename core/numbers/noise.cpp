@@ -1,11 +1,11 @@
-#include "data_synthetic/scene/noise.h"
+#include "core/numbers/noise.h"
 
 #include <array>
 #include <cmath>
 
-#include "data_synthetic/scene/random.h"
+#include "core/random.h"
 
-namespace kappamu::synthetic {
+namespace kappamu {
 
 namespace {
 
@@ -30,13 +30,13 @@ double value_noise(const Eigen::Vector3d& position, std::uint64_t seed) {
   std::array<double, 3> weight{};
   for (int axis = 0; axis < 3; ++axis) {
     const double below = std::floor(position[axis]);
-    cell[axis] = static_cast<std::int64_t>(below);
-    weight[axis] = quintic(position[axis] - below);
+    cell[static_cast<std::size_t>(axis)] = static_cast<std::int64_t>(below);
+    weight[static_cast<std::size_t>(axis)] = quintic(position[axis] - below);
   }
   std::array<double, 4> along_x{};
-  for (int corner = 0; corner < 4; ++corner) {
-    const std::int64_t y = cell[1] + (corner & 1);
-    const std::int64_t z = cell[2] + (corner >> 1);
+  for (std::size_t corner = 0; corner < 4; ++corner) {
+    const std::int64_t y = cell[1] + static_cast<std::int64_t>(corner & 1);
+    const std::int64_t z = cell[2] + static_cast<std::int64_t>(corner >> 1);
     along_x[corner] =
         blend(weight[0], lattice(cell[0], y, z, seed), lattice(cell[0] + 1, y, z, seed));
   }
@@ -59,4 +59,4 @@ double layered_noise(const Eigen::Vector3d& position, double size, int octaves,
   return sum / total;
 }
 
-}  // namespace kappamu::synthetic
+}  // namespace kappamu

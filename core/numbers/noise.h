@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-namespace kappamu::synthetic {
+namespace kappamu {
 
 /// Value noise (lattice of uniform numbers, quintic blending, so C2): roughly in [-1, 1], lattice
 /// period 1.
@@ -14,4 +14,4 @@ double value_noise(const Eigen::Vector3d& position, std::uint64_t seed);
 /// roughly in [-1, 1]. `size` is the lattice period of the largest [unit of position].
 double layered_noise(const Eigen::Vector3d& position, double size, int octaves, std::uint64_t seed);
 
-}  // namespace kappamu::synthetic
+}  // namespace kappamu

@@ -1,4 +1,4 @@
-#include "core/chromophores.h"
+#include "forward/lateral/chromophores.h"
 
 #include <algorithm>
 #include <cmath>
