@@ -44,6 +44,8 @@ std::unique_ptr<PanelGroup> model_group(std::vector<std::string> models);
 std::unique_ptr<PanelGroup> shape_group(Shaping& shaping);
 /// The tool, what an edit does and where. Keeps a reference.
 std::unique_ptr<PanelGroup> edit_group(Painter& painter);
+/// The material of all of the object in hand, and its surface. Keeps a reference.
+std::unique_ptr<PanelGroup> material_group(Painter& painter);
 
 using PanelGroups = std::vector<std::unique_ptr<PanelGroup>>;
 

@@ -22,11 +22,12 @@ std::optional<Command> brush_of(std::istringstream& words) {
   std::string operation, of;
   if (!(words >> operation >> of >> brush.amount >> brush.radius_mm >> brush.depth_mm))
     return std::nullopt;
-  if (of != "kappa" && of != "mu") return std::nullopt;
-  brush.of = of == "kappa" ? Brush::Of::kappa : Brush::Of::mu;
+  const auto term = value_of(brush_terms, of);
+  if (!term) return std::nullopt;
+  brush.of = *term;
   for (const Operation known :
        {Operation::multiply, Operation::add, Operation::set, Operation::blend}) {
-    if (operation != render::to_string(known)) continue;
+    if (operation != name_of(render::operation_names, known)) continue;
     brush.operation = known;
     if (brush.radius_mm > 0.0 && brush.depth_mm > 0.0) return brush;
   }

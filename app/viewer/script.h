@@ -8,7 +8,7 @@
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
 //   channel all|R|G|B  which channels are shown
-//   brush OPERATION kappa|mu AMOUNT RADIUS DEPTH
+//   brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH
 //                      takes a brush in hand [mm]: multiply, add, set or blend
 //   paint X Y [X Y ...]
 //                      a stroke through points of the picture, from its top left corner [px]

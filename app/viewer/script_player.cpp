@@ -70,7 +70,7 @@ void ScriptPlayer::obey(const script::Paint& stroke, Stage& stage) const {
       stage.state.look(static_cast<double>(options_.width) / options_.height), points,
       stage.state.brush);
   if (stage.editing.end_stroke() == Painter::Stroked::none) {
-    throw InputError(name_ + ": paint: no object of measured material lies under the stroke");
+    throw InputError(name_ + ": paint: no object lies under the stroke");
   }
 }
 
@@ -96,9 +96,7 @@ void ScriptPlayer::obey(const script::ShowPhotograph& show, Stage& stage) const 
 
 void ScriptPlayer::obey(const script::ShowSlice& show, Stage& stage) const {
   Painter& painter = stage.editing.painter();
-  const std::optional<std::size_t> object = painter.in_hand();
-  const auto volumes = object ? io::named_volumes(painter.volume(*object).history().volume())
-                              : std::vector<io::NamedVolume>();
+  const auto volumes = io::named_volumes(painter.edited(painter.in_hand()).history().volume());
   for (std::size_t i = 0; i < volumes.size(); ++i) {
     if (volumes[i].name == show.volume) {
       stage.state.slice = {true, i, show.axis, show.index};

@@ -28,13 +28,15 @@ struct Photograph {
   int number = 0;  ///< from 0
 };
 
-/// Where an edit is done that is no stroke: of each kind, what a person has set.
+/// Where an edit is done that is no stroke: of each kind, what a person has set. Depths and boxes
+/// are of the object's frame.
 struct Region {
-  enum class Kind { stroke, all, depth, box, texture };
+  enum class Kind { stroke, all, depth, box, projection, texture };
 
   Kind kind = Kind::stroke;
-  render::DepthSelection depth;
-  render::BoxSelection box;
+  render::DepthSelection depth{.frame = render::Frame::object};
+  render::BoxSelection box{.frame = render::Frame::object};
+  render::ProjectionSelection projection;
   render::TextureSelection texture;
 
   render::Selection selection() const;  ///< not of strokes

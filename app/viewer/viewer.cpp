@@ -81,7 +81,8 @@ class Viewer {
     groups_.push_back(light_group());
     groups_.push_back(view_group(photograph_count() > 0));
     groups_.push_back(shape_group(shaping_));
-    if (editing_.painter().in_hand()) groups_.push_back(edit_group(editing_.painter()));
+    groups_.push_back(edit_group(editing_.painter()));
+    groups_.push_back(material_group(editing_.painter()));
     groups_.push_back(model_group(render::live_models(live.world())));
     ask();
   }
@@ -191,16 +192,16 @@ class Viewer {
     ImGui::NewFrame();
     ViewState before = state_;
     Painter& painter = editing_.painter();
-    const std::optional<std::size_t> edited = painter.in_hand();
     if (state_.panel) {
       const PanelNumbers numbers{answer_ ? &*answer_ : nullptr, last_frame_ms_,
                                  asked_since_ ? asked_since_->milliseconds() : 0.0,
                                  editing_.note()};
       editing_.obey_panel(draw_panel(groups_, numbers, state_), state_);
     }
-    if (state_.panel && state_.slice.shown && edited) {
-      const render::LiveVolume& volume = painter.volume(*edited);
-      slices_.draw(volume.history().volume(), volume.axes(), first_camera_, state_.slice);
+    if (state_.panel && state_.slice.shown) {
+      const std::size_t edited = painter.in_hand();
+      slices_.draw(painter.edited(edited).history().volume(), painter.axes(edited), first_camera_,
+                   state_.slice);
     }
     if (state_.panel && state_.photograph.shown) photographs_->draw(state_.photograph);
     if (!options_.script) {

@@ -32,6 +32,8 @@ class Relight final : public LiveModel {
   Relight(const LiveBody& object, const ObjectOptions& options)
       : mesh_(object.mesh),
         surface_(object.surface),
+        media_(object.media),
+        solved_(object.media),
         eta_(object.eta),
         profiles_(profiles_of(object.media, object.eta)),
         check_(object.mesh, object.surface, object.surface.area, options.seed),
@@ -40,6 +42,11 @@ class Relight final : public LiveModel {
             object.mesh, profiles_) {}
 
   Answer solve(const LightOfChannels& light) override {
+    if (solved_ != media_) {
+      profiles_ = profiles_of(media_, eta_);
+      hierarchy_.update(profiles_);
+      solved_ = media_;
+    }
     const std::size_t samples = surface_.size();
     std::vector<Eigen::Array4f> in(samples, Eigen::Array4f::Zero());
     for (std::size_t c = 0; c < 3; ++c) {
@@ -82,6 +89,8 @@ class Relight final : public LiveModel {
  private:
   const TriangleMesh& mesh_;
   const Surface& surface_;
+  const MediaOfChannels& media_;
+  MediaOfChannels solved_;  ///< that the hierarchy is of
   double eta_;
   std::vector<Profile> profiles_;
   SumCheck check_;

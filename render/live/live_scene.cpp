@@ -39,13 +39,21 @@ bool all_blocks(const World& world) {
 
 }  // namespace
 
+namespace {
+
+bool can_answer(const forward::ModelDescription& model, const World& world) {
+  return (model.can.heterogeneous || all_homogeneous(world)) &&
+         (model.can.any_shape || all_blocks(world));
+}
+
+}  // namespace
+
 std::vector<std::string> live_models(const World& world) {
-  const bool homogeneous = all_homogeneous(world), blocks = all_blocks(world);
   std::vector<std::string> models, general;
   for (const forward::ModelDescription& model : forward::object_models()) {
-    const auto& can = model.can;
-    if (!can.live || !(can.heterogeneous || homogeneous) || !(can.any_shape || blocks)) continue;
-    (can.heterogeneous && can.any_shape ? general : models).push_back(model.name);
+    if (!model.can.live || !can_answer(model, world)) continue;
+    const bool special = !model.can.heterogeneous || !model.can.any_shape;
+    (special ? models : general).push_back(model.name);
   }
   models.insert(models.end(), general.begin(), general.end());
   return models;
@@ -218,11 +226,26 @@ void LiveScene::set_shapes(const ShapeQuestion& shape, LiveAnswer& answer) {
   answer.shape_ms = watch.milliseconds();
 }
 
+void LiveScene::set_media(std::size_t object, const ObjectMedia& media) {
+  const WorldObject& edited = solved().objects()[object];
+  const double eta = edited.boundary.eta;
+  solved().set_media(object, media);
+  if (edited.boundary.eta == eta) return;
+  solvers_[object] = std::make_unique<Solver>(edited, model_, parameters_, options_);
+}
+
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
-  for (const auto& [object, media] : question.media) solved().set_media(object, media);
+  for (const auto& [object, media] : question.media) set_media(object, media);
   LiveAnswer answer;
+  if (!can_answer(forward::object_model(model_), solved())) {
+    start(live_models(solved()).front(), {});
+  }
   if (!question.model.empty() && question.model != model_) {
     try {
+      if (!can_answer(forward::object_model(question.model), solved())) {
+        throw InputError("model " + question.model + " does not answer for these objects; " +
+                         model_ + " does");
+      }
       start(question.model, {});
     } catch (const InputError& refusal) {
       answer.refused = refusal.what();

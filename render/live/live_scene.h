@@ -46,8 +46,10 @@ struct ShapeQuestion {
 /// What light comes from where, what the objects are made of, and what shape they have.
 struct LiveQuestion {
   std::vector<Light> lights;  ///< the scene's, those with a place or direction moved as one likes
-  std::map<std::size_t, ObjectMedia> media;  ///< of objects whose volume is edited
-  std::string model{};                       ///< that answers from now on; "": as before
+  /// Of objects that are edited. Where a homogeneous one becomes a volume and the model answers for
+  /// homogeneous ones alone, the first of live_models() takes its place.
+  std::map<std::size_t, ObjectMedia> media;
+  std::string model{};  ///< that answers from now on; "": as before
   ShapeQuestion shape{};
 };
 
@@ -97,6 +99,7 @@ class LiveScene {
   struct Solver;
 
   void start(const std::string& model, const OptionValues& parameters);
+  void set_media(std::size_t object, const ObjectMedia& media);
   void set_shapes(const ShapeQuestion& shape, LiveAnswer& answer);
   void follow(std::size_t object, std::vector<Eigen::Vector3d> vertices, const ShapeQuestion& shape,
               LiveAnswer& answer);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 
 namespace kappamu::render {
 
@@ -18,8 +18,8 @@ struct Inversion {
 
 double openpbr_albedo(double colour, double g) {
   using In = Inversion;
-  const double s = In::a + In::b * colour -
-                   std::sqrt(In::c + In::d * colour + In::e * colour * colour);
+  const double s =
+      In::a + In::b * colour - std::sqrt(In::c + In::d * colour + In::e * colour * colour);
   return (1.0 - s * s) / (1.0 - g * s * s);
 }
 

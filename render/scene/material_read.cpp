@@ -3,10 +3,11 @@
 #include <array>
 
 #include "core/error.h"
+#include "render/edit/edit.h"
 #include "render/material/attenuation.h"
+#include "render/material/published_materials.h"
 #include "render/material/subsurface.h"
 #include "render/scene/node_values.h"
-#include "render/scene/published_materials.h"
 
 namespace kappamu::render {
 
@@ -82,6 +83,15 @@ HomogeneousMaterial own_of(const Node& node) {
   node.expect_fields({"reduced_scattering_per_mm", "absorption_per_mm"}, {"source", "density"});
   HomogeneousMaterial material =
       homogeneous_material(scattering_of(node), colour_of(node["absorption_per_mm"], most_per_mm));
+  material.source = node.has("source") ? node["source"].text() : "the scene";
+  return material;
+}
+
+HomogeneousMaterial diffusion_of(const Node& node) {
+  node.expect_fields({"kappa_mm", "mu_per_mm"}, {"source", "density"});
+  HomogeneousMaterial material;
+  material.kappa_mm = colour_of(node["kappa_mm"], largest_kappa_mm, smallest_kappa_mm);
+  material.mu_per_mm = colour_of(node["mu_per_mm"], largest_mu_per_mm);
   material.source = node.has("source") ? node["source"].text() : "the scene";
   return material;
 }
@@ -221,9 +231,10 @@ Material material_of(const Node& node, const std::filesystem::path& folder, int 
     ++found;
   }
   if (found == 0 && node.has("reduced_scattering_per_mm")) return denser(own_of(node), node);
+  if (found == 0 && node.has("kappa_mm")) return denser(diffusion_of(node), node);
   if (found != 1) {
     node.fail(
-        "must have exactly one of 'volume', 'published', 'reduced_scattering_per_mm', "
+        "must have exactly one of 'volume', 'published', 'reduced_scattering_per_mm', 'kappa_mm', "
         "'subsurface', 'attenuation', 'file', 'mix', 'layers' and 'parts'");
   }
   if (kind == "volume") return volume_of(node, folder);

@@ -16,6 +16,7 @@
 #include "core/options/options.h"
 #include "render/colour.h"
 #include "render/deform/deformation.h"
+#include "render/material/homogeneous.h"
 
 namespace kappamu::render {
 
@@ -42,14 +43,6 @@ struct VolumeMaterial {
   /// Of the volume in the object's frame, about x, then y, then z [degrees].
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of the volume, after the turn
-};
-
-/// The same coefficients everywhere, one per channel.
-struct HomogeneousMaterial {
-  Colour kappa_mm = Colour::Ones();
-  Colour mu_per_mm = Colour::Zero();
-  std::optional<double> eta;  ///< relative refractive index, where published
-  std::string source;         ///< where the numbers come from
 };
 
 struct ComposedMaterial;
@@ -109,6 +102,7 @@ struct SceneObject {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< of that box's centre
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();     ///< about x, then y, then z
   Material material;
+  std::optional<std::filesystem::path> edits;  ///< a recipe (render/edit/edit.h) for its material
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;

@@ -64,8 +64,9 @@ Fur read_fur(const Node& node) {
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields({"name", "size_mm", "material"},
                      {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm",
-                      "turn_deg", "surface", "polycube", "fur", "deform"});
+                      "turn_deg", "surface", "polycube", "fur", "deform", "edits"});
   SceneObject object = read_solid(node, folder);
+  if (node.has("edits")) object.edits = path_of(node["edits"], folder);
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   if (node.has("fur")) object.fur = read_fur(node["fur"]);
@@ -266,6 +267,7 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
     if (object.fitted_as) files.push_back(*object.fitted_as);
     add_files(object.material, files);
     if (object.polycube) files.push_back(*object.polycube);
+    if (object.edits) files.push_back(*object.edits);
   }
   for (const Light& light : scene.lights) {
     if (const auto* projector = std::get_if<ProjectorLight>(&light)) {

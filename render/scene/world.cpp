@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/process_memory.h"
 #include "io/polycube_file.h"
+#include "render/scene/edited_object.h"
 #include "render/scene/object_shape.h"
 
 namespace kappamu::render {
@@ -36,9 +37,11 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
   if (object.polycube) made.polycube = io::read_polycube(*object.polycube);
-  made.media = make_object_media(object, made.rest, made.mesh, warnings);
-  made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
-  made.roughness = object.finish.roughness;
+  const EditedObject edited(object, made.rest, made.mesh, *made.rays);
+  warnings.insert(warnings.end(), edited.warnings().begin(), edited.warnings().end());
+  made.media = edited.media();
+  made.boundary = boundary_constants(made.media.eta.value_or(1.3));
+  made.roughness = *made.media.roughness;
   return made;
 }
 
@@ -94,6 +97,14 @@ World::World(const Scene& scene, std::vector<std::string>& warnings) {
       expect_outside(projector->point.position_mm, name);
     }
   }
+}
+
+void World::set_media(std::size_t object, ObjectMedia media) {
+  WorldObject& set = objects_[object];
+  set.media = std::move(media);
+  const double eta = set.media.eta.value_or(set.boundary.eta);
+  if (eta != set.boundary.eta) set.boundary = boundary_constants(eta);
+  set.roughness = set.media.roughness.value_or(set.roughness);
 }
 
 void World::move(std::size_t object, std::vector<Vector3d> vertices) {

@@ -53,10 +53,8 @@ class World {
   World(const World& other);
 
   const std::vector<WorldObject>& objects() const { return objects_; }
-  /// An object's material, edited; its refractive index stays.
-  void set_media(std::size_t object, ObjectMedia media) {
-    objects_[object].media = std::move(media);
-  }
+  /// An object's material, edited; index and roughness stay where the media state none.
+  void set_media(std::size_t object, ObjectMedia media);
   /// An object's vertices, moved; its triangles, and what it is made of, stay. Objects may overlap
   /// from now on.
   void move(std::size_t object, std::vector<Eigen::Vector3d> vertices);

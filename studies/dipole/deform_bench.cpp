@@ -6,7 +6,7 @@
 
 #include "core/processor_time.h"
 #include "render/live/live_scene.h"
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 #include "studies/dipole/dipole_bench.h"
 
 namespace kappamu::studies {

@@ -11,7 +11,7 @@
 #include "io/polycube_file.h"
 #include "render/light/incident_light.h"
 #include "render/live/light_handle.h"
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
 

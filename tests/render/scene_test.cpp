@@ -14,10 +14,10 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/material/published_materials.h"
 #include "render/scene/frames.h"
 #include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
-#include "render/scene/published_materials.h"
 #include "render/scene/world.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
@@ -76,7 +76,9 @@ json full_scene() {
          {"material": {"around": {"attenuation": {"colour": 0.5, "distance_mm": 10}, "reduced_scattering_per_mm": 1},
           "parts": [{"shape": "sphere", "size_mm": 1, "position_mm": [0, 1, 0],
             "material": {"mix": [{"published": "marble"}, {"reduced_scattering_per_mm": 1, "absorption_per_mm": 5}],
-             "pattern": {"kind": "veins", "size_mm": 1, "width": 0.2}}}]}}]}}],
+             "pattern": {"kind": "veins", "size_mm": 1, "width": 0.2}}}]}}]}},
+      {"name": "f", "shape": "cube", "size_mm": 2, "position_mm": [90, 0, 0], "edits": "f.recipe.json",
+       "material": {"kappa_mm": 0.3, "mu_per_mm": [0, 0.1, 0.2], "source": "edited"}}],
     "lights": [
       {"kind": "directional", "direction": [0, -2, 0], "irradiance": 1},
       {"kind": "point", "position_mm": [0, 50, 0], "irradiance": [1, 0.5, 0], "at_mm": 50},
@@ -144,9 +146,12 @@ std::vector<Edited> bad_scenes() {
        "objects[0].material must have exactly one"},
       {"a shell turned", [](json& s) { s["objects"][0]["material"]["placement"] = "shell"; },
        "turn_deg has no meaning for a shell"},
-      {"a solid with a core",
-       [](json& s) { s["objects"][3]["material"]["placement"] = "stretch"; }, "belongs to"},
-      {"one material mixed", [](json& s) { s["objects"][4]["material"] = {{"mix", {1}}}; },
+      {"a solid with a core", [](json& s) { s["objects"][3]["material"]["placement"] = "stretch"; },
+       "belongs to"},
+      {"one material mixed",
+       [](json& s) {
+         s["objects"][4]["material"] = {{"mix", {1}}};
+       },
        "objects[4].material.pattern is missing"},
       {"a last layer that ends",
        [](json& s) { s["objects"][4]["material"]["layers"][2]["thickness_mm"] = 1; },
@@ -225,13 +230,14 @@ std::vector<Edited> bad_scenes() {
 
 TEST_F(SceneFile, ReadsEveryKind) {
   const Scene scene = read_scene(write("scene.json", full_scene().dump()));
-  ASSERT_EQ(scene.objects.size(), 5U);
+  ASSERT_EQ(scene.objects.size(), 6U);
+  EXPECT_EQ(std::get<HomogeneousMaterial>(scene.objects[5].material).mu_per_mm[2], 0.2);
+  EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "f.recipe.json"));
   const Shell& shell = std::get<VolumeMaterial>(scene.objects[3].material).shell;
   EXPECT_EQ(shell.up, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(shell.texture_size_mm, Eigen::Vector2d(20.0, 30.0));
   EXPECT_EQ(shell.core, Shell::Core::mean_values);
-  const auto& layers =
-      std::get<std::shared_ptr<const ComposedMaterial>>(scene.objects[4].material);
+  const auto& layers = std::get<std::shared_ptr<const ComposedMaterial>>(scene.objects[4].material);
   EXPECT_EQ(std::get<ComposedMaterial::Layers>(layers->by).thickness_mm,
             (std::vector<double>{0.2, 0.4}));
   EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "run"));
@@ -339,13 +345,15 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
   EXPECT_EQ(refusal_of(good), "");
   Scene scene = good;
   scene.camera.position_mm = {1.0, 2.0, 3.0};
-  EXPECT_EQ(refusal_of(scene), "the camera is inside object 'ball'; change its position_mm, or give "
-                                "the mesh a void around it");
+  EXPECT_EQ(refusal_of(scene),
+            "the camera is inside object 'ball'; change its position_mm, or give "
+            "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
   scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
-  EXPECT_EQ(refusal_of(scene), "light 2 is inside object 'ball'; change its position_mm, or give "
-                                "the mesh a void around it");
+  EXPECT_EQ(refusal_of(scene),
+            "light 2 is inside object 'ball'; change its position_mm, or give "
+            "the mesh a void around it");
   scene = good;
   scene.objects.push_back(good.objects[0]);
   scene.objects[1].name = "other";

@@ -9,8 +9,8 @@
 #include "core/random.h"
 #include "render/material/baked_field.h"
 #include "render/material/pattern.h"
+#include "render/material/published_materials.h"
 #include "render/material/surface_places.h"
-#include "render/scene/published_materials.h"
 
 namespace kappamu::render {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "forward/lateral/half_space_walk.h"
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 
 namespace kappamu::render {
 namespace {
@@ -96,8 +96,8 @@ TEST(Subsurface, ColoursAreThoseOfRandomWalks) {
       const double low = made.value[1] / made.value[0] / profile(1.0 / 3.0) - 1.0,
                    high = made.value[2] / made.value[0] / profile(1.0) - 1.0;
       std::printf("%-10s  %.1f     %.4f       %+.4f  %+.3f %+.3f\n",
-                  std::string(name_of(convention_names, convention)).c_str(), colour,
-                  made.value[0], error, low, high);
+                  std::string(name_of(convention_names, convention)).c_str(), colour, made.value[0],
+                  error, low, high);
       EXPECT_LT(std::abs(error), 0.05) << colour;
       if (convention == Convention::principled) {
         EXPECT_LT(std::abs(low), 0.15) << colour;

@@ -1,4 +1,4 @@
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 
 #include <array>
 
@@ -25,7 +25,7 @@ constexpr const char* narasimhan2006 =
     "SIGGRAPH 2006, as reduced scattering in the table of pbrt-v4 (src/pbrt/media.cpp)";
 
 constexpr Row rows[] = {
-#include "render/scene/published_materials.inc"
+#include "render/material/published_materials.inc"
 };
 
 Colour colour(const std::array<double, 3>& rgb) {
@@ -53,14 +53,6 @@ HomogeneousMaterial published_material(const std::string& name) {
     names += (names.empty() ? "" : ", ") + std::string(row.name);
   }
   throw InputError("'" + name + "' is no published material; write one of " + names);
-}
-
-HomogeneousMaterial homogeneous_material(const Colour& reduced_scattering_per_mm,
-                                         const Colour& absorption_per_mm) {
-  HomogeneousMaterial material;
-  material.kappa_mm = 1.0 / (3.0 * (reduced_scattering_per_mm + absorption_per_mm));
-  material.mu_per_mm = absorption_per_mm;
-  return material;
 }
 
 }  // namespace kappamu::render
