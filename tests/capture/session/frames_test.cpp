@@ -78,7 +78,7 @@ TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
             HasSubstr("from byte 4 on have 2404")));
   session.camera.raw_layout->offset = 5;
   session.camera.raw_layout->big_endian = false;
-  EXPECT_THAT(error_of("a.raw"), HasSubstr("another photograph has bits: 12"));
+  EXPECT_THAT(error_of("a.raw"), HasSubstr("fits into fewer bits: 12"));
   write_text(path("b.raw"), std::string(1200, '\x81'));
   session.camera.bit_depth = 8;
   session.camera.raw_layout = io::RawLayout{8, false, 0, {}};
