@@ -149,6 +149,7 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
   environment_ = make_environment(scene.lights);
   for (const SceneObject& object : scene.objects) shape_.push_back(object.deform);
   accepted_ = shape_;
+  rough_.assign(shape_.size(), 0);
   diffuse_.resize(world_.objects().size());
   for (std::size_t i = 0; i < world_.objects().size(); ++i) light_from_sky(i);
 }
@@ -200,6 +201,7 @@ void LiveScene::follow(std::size_t object, std::vector<Eigen::Vector3d> vertices
     answer.model_changed = true;
     answer.mode = "on the fly";
   }
+  rough_[object] = shape.moving ? 1 : 0;
   if (!shape.moving) light_from_sky(object);
 }
 
@@ -207,7 +209,7 @@ void LiveScene::set_shapes(const ShapeQuestion& shape, LiveAnswer& answer) {
   const Stopwatch watch;
   for (const auto& [object, asked] : shape.of) {
     const WorldObject& lit = solved().objects()[object];
-    const bool rough = !solvers_[object]->middles.empty() || !solvers_[object]->caught_up();
+    const bool rough = rough_[object] != 0 || !solvers_[object]->caught_up();
     if (asked == shape_[object] && (shape.moving || !rough)) continue;
     const TriangleMesh& rest = lit.rest;
     shape_[object] = asked;

@@ -111,6 +111,7 @@ class LiveScene {
   std::optional<Environment> environment_;
   /// Of each object: of the vertices as they are, and as last accepted.
   std::vector<std::vector<Deformation>> shape_, accepted_;
+  std::vector<char> rough_;  ///< per object: its light is that of a shape that moves
   std::string model_;
   OptionValues parameters_;  ///< of that model
   LiveOptions options_;

@@ -350,7 +350,7 @@ TEST_F(ViewCommand, ScriptsDeformObjects) {
   };
   const ProcessResult result = viewed(
       "panel off\nscreenshot rest.png\ndeform rod some.json moving\ndeform rod some.json\n"
-      "screenshot bent.png\ndrag pull 32 32 40 20 4\nscreenshot pulled.png\nlinks anew\n"
+      "screenshot bent.png\ndrag pull 32 32 34 31 4\nscreenshot pulled.png\nlinks anew\n"
       "deform rod some.json\nscreenshot again.png\n");
   if (result.standard_error.find("built without its window") != std::string::npos) {
     GTEST_SKIP() << result.standard_error;
