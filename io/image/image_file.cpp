@@ -121,7 +121,8 @@ void check_colours(const OIIO::ImageSpec& spec, const fs::path& file) {
   throw InputError(file.string() + ": holds " + what + "; save it as grey, black as 0, or RGB");
 }
 
-Codes read_codes(const fs::path& file, const SizeCheck& expected) {
+Codes read_codes(const fs::path& file, const SizeCheck& expected,
+                 const std::optional<Region>& part) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
@@ -155,26 +156,35 @@ Codes read_codes(const fs::path& file, const SizeCheck& expected) {
   if (spec.tile_width > 0) {
     check_size(file, {spec.tile_width, spec.tile_height, channels}, bytes.size(), {});
   }
-  Image<std::uint16_t> image(spec.width, spec.height, channels);
+  const Region kept = part.value_or(Region{0, 0, spec.width, spec.height});
+  Image<std::uint16_t> image(kept.width, kept.height, channels);
   const auto copy =
       spec.format == OIIO::TypeUInt8 ? copy_codes<std::uint8_t> : copy_codes<std::uint16_t>;
-  const bool whole = input.read(spec.format, [&](int first, int rows, const std::byte* pixels) {
-    copy(pixels, static_cast<std::size_t>(rows) * static_cast<std::size_t>(image.width()),
-         static_cast<std::size_t>(spec.nchannels), static_cast<std::size_t>(channels),
-         &image(0, first));
-  });
+  const std::size_t pixel_bytes = static_cast<std::size_t>(spec.nchannels) * spec.format.size();
+  const auto take = [&](int first, int rows, const std::byte* pixels) {
+    for (int row = std::max(first, kept.top); row < std::min(first + rows, kept.bottom()); ++row) {
+      const std::size_t at =
+          static_cast<std::size_t>(row - first) * static_cast<std::size_t>(spec.width) +
+          static_cast<std::size_t>(kept.left);
+      copy(pixels + at * pixel_bytes, static_cast<std::size_t>(kept.width),
+           static_cast<std::size_t>(spec.nchannels), static_cast<std::size_t>(channels),
+           &image(0, row - kept.top));
+    }
+  };
+  const bool whole = input.read(spec.format, take, kept.bottom());
   if (!whole) fail("truncated or damaged " + name + " image; copy or photograph it again");
   return {std::move(image), spec.format == OIIO::TypeUInt8 ? 8 : 16};
 }
 
 }  // namespace
 
-Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected) {
-  return read_codes(file, expected).image;
+Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected,
+                                     const std::optional<Region>& part) {
+  return read_codes(file, expected, part).image;
 }
 
 Image<float> read_relative_image(const fs::path& file) {
-  const Codes codes = read_codes(file, {});
+  const Codes codes = read_codes(file, {}, std::nullopt);
   const float white = codes.bits == 16 ? 65535.0F : 255.0F;
   Image<float> image(codes.image.width(), codes.image.height(), codes.image.channels());
   std::transform(codes.image.values().begin(), codes.image.values().end(), image.values().begin(),
