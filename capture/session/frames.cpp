@@ -96,6 +96,11 @@ void check_codes(const Session& session, const std::filesystem::path& path,
   }
 }
 
+template <class T>
+Image<T> kept(Image<T> picture, const Part& part) {
+  return part ? cropped(std::move(picture), *part) : picture;
+}
+
 Image<std::uint16_t> read_headerless(const Camera& camera, const std::filesystem::path& path) {
   int width = camera.width, height = camera.height;
   if (io::swaps_sides(camera.orientation.value_or(1))) std::swap(width, height);
@@ -125,7 +130,7 @@ bool is_raw_frame(const Session& session, const Frame& frame) {
   return io::is_raw_file(frame.file);
 }
 
-io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
+io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Part& part) {
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
   io::RawImage image;
@@ -156,8 +161,8 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
                      (has_file(session) ? "; write " + std::to_string(image.white) + " there."
                                         : "; give photographs of one camera and setting."));
   }
+  image.mosaic = kept(io::turned(std::move(image.mosaic), orientation_of(session)), part);
   check_codes(session, path, image.mosaic);
-  image.mosaic = io::turned(std::move(image.mosaic), orientation_of(session));
   if (image.layout) {
     Image<int> cell(2, 2, 1);
     std::copy(image.layout->begin(), image.layout->end(), cell.values().begin());
@@ -173,7 +178,7 @@ Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
   return raw.layout ? pack_colours(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
 }
 
-Image<float> load_float_frame(const Session& session, const Frame& frame) {
+Image<float> load_float_frame(const Session& session, const Frame& frame, const Part& part) {
   // Codes of 8 or more bits, as RAW converters may write them, are beyond it.
   constexpr float most_full_scales = 16.0F;
   const std::filesystem::path path = existing_path(session, frame);
@@ -193,13 +198,13 @@ Image<float> load_float_frame(const Session& session, const Frame& frame) {
                      ", and 1 is where the sensor saturates; divide its values by those at "
                      "saturation.");
   }
-  return io::turned(std::move(image), orientation_of(session));
+  return kept(io::turned(std::move(image), orientation_of(session)), part);
 }
 
-Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
+Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, const Part& part) {
   const int top = largest_code(session.camera);
   if (is_float_frame(session, frame)) {
-    const Image<float> linear = load_float_frame(session, frame);
+    const Image<float> linear = load_float_frame(session, frame, part);
     Image<std::uint16_t> codes(linear.width(), linear.height(), linear.channels());
     std::transform(
         linear.values().begin(), linear.values().end(), codes.values().begin(), [top](float value) {
@@ -209,19 +214,26 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
     return codes;
   }
   if (is_raw_frame(session, frame)) {
-    io::RawImage raw = load_raw_frame(session, frame);
+    io::RawImage raw = load_raw_frame(session, frame, part);
     return raw.layout ? demosaic(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
   }
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
+  const bool fills_border = camera.encoding == Encoding::response;
+  // Turned pictures, and borders that are found from the edge, need the whole first.
+  const bool whole = fills_border || orientation_of(session) != 1;
+  const auto check_size = [&](const io::ImageSize& size) { check_shape(session, path, size); };
+  if (!whole && !is_headerless(camera, frame.file)) {
+    Image<std::uint16_t> image = io::read_code_image(path, check_size, part);
+    check_codes(session, path, image);
+    return image;
+  }
   Image<std::uint16_t> image = is_headerless(camera, frame.file)
                                    ? read_headerless(camera, path)
-                                   : io::read_code_image(path, [&](const io::ImageSize& size) {
-                                       check_shape(session, path, size);
-                                     });
+                                   : io::read_code_image(path, check_size);
   check_codes(session, path, image);
-  if (session.camera.encoding == Encoding::response) saturate_filled_border(image, top);
-  return io::turned(std::move(image), orientation_of(session));
+  if (fills_border) saturate_filled_border(image, top);
+  return kept(io::turned(std::move(image), orientation_of(session)), part);
 }
 
 Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern) {

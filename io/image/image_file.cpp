@@ -61,8 +61,9 @@ void write_by_extension(const fs::path& file, const Image<Code>& image) {
 
 }  // namespace
 
-Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected) {
-  return read_codes(file, expected).codes;
+Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected,
+                                     const std::optional<Region>& part) {
+  return read_codes(file, expected, part).codes;
 }
 
 Image<float> read_relative_image(const fs::path& file) {

@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/image.h"
+#include "core/region.h"
 #include "io/image/image_limits.h"
 
 namespace kappamu::io {
@@ -16,9 +18,11 @@ namespace kappamu::io {
 /// gamma, no rotation by the file's orientation tag, alpha dropped; of a TIFF the one page that is
 /// neither preview nor mask. Throws InputError naming the file if it is missing, truncated, damaged
 /// or of another kind, or holds other than grey or RGB, or several full pages. `expected` sees the
-/// size before anything makes room for it (image_limits.h).
+/// size before anything makes room for it (image_limits.h). With `part`, that region alone, which
+/// must lie in the picture: rows below it are not decoded.
 Image<std::uint16_t> read_code_image(const std::filesystem::path& file,
-                                     const SizeCheck& expected = {});
+                                     const SizeCheck& expected = {},
+                                     const std::optional<Region>& part = std::nullopt);
 
 /// The same over the largest code of the file's 8 or 16 bits: 0 ... 1.
 Image<float> read_relative_image(const std::filesystem::path& file);

@@ -94,28 +94,36 @@ int bits_of(const OIIO::ImageSpec& spec, const fs::path& file) {
                    " bits; save it with 8 or 16 bits per channel, without sign");
 }
 
-/// Values of the opened picture, of the channels that are colours.
+/// Values of the opened picture, of the channels that are colours; of `part` alone, where given.
 template <class Value>
-Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind) {
+Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
+                         const std::optional<Region>& part = {}) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto stored = static_cast<std::size_t>(spec.nchannels);
-  Image<Value> image(spec.width, spec.height, colours(spec));
+  const Region wanted = part.value_or(Region{0, 0, spec.width, spec.height});
+  Image<Value> image(wanted.width, wanted.height, colours(spec));
   const auto kept = static_cast<std::size_t>(image.channels());
   // 8-bit codes keep their values: OpenImageIO scales where it converts.
   const bool bytes = std::is_integral_v<Value> && spec.format == OIIO::TypeUInt8;
-  const auto copy = [&]<class Stored>(const Stored* from, std::size_t pixels, Value* to) {
-    for (std::size_t i = 0; i < pixels; ++i) std::copy_n(from + i * stored, kept, to + i * kept);
+  const auto copy = [&]<class Stored>(const Stored* from, Value* to) {
+    for (int x = 0; x < wanted.width; ++x, from += stored, to += kept) std::copy_n(from, kept, to);
   };
-  const bool whole =
-      input.read(bytes ? OIIO::TypeUInt8 : OIIO::TypeDesc(OIIO::BaseTypeFromC<Value>::value),
-                 [&](int first, int rows, const std::byte* from) {
-                   const std::size_t pixels =
-                       static_cast<std::size_t>(rows) * static_cast<std::size_t>(image.width());
-                   Value* to = &image(0, first);
-                   if (bytes) return copy(reinterpret_cast<const std::uint8_t*>(from), pixels, to);
-                   copy(reinterpret_cast<const Value*>(from), pixels, to);
-                 });
-  if (!whole) reject_undecoded(file, kind);
+  const auto take = [&](int first, int rows, const std::byte* from) {
+    for (int row = std::max(first, wanted.top); row < std::min(first + rows, wanted.bottom());
+         ++row) {
+      const std::size_t at =
+          (static_cast<std::size_t>(row - first) * spec.width + wanted.left) * stored;
+      Value* to = &image(0, row - wanted.top);
+      if (bytes) {
+        copy(reinterpret_cast<const std::uint8_t*>(from) + at, to);
+      } else {
+        copy(reinterpret_cast<const Value*>(from) + at, to);
+      }
+    }
+  };
+  const OIIO::TypeDesc format =
+      bytes ? OIIO::TypeUInt8 : OIIO::TypeDesc(OIIO::BaseTypeFromC<Value>::value);
+  if (!input.read(format, take, wanted.bottom())) reject_undecoded(file, kind);
   return image;
 }
 
@@ -137,7 +145,8 @@ void check_structure(std::span<const std::byte> bytes, const fs::path& file, Ima
 
 }  // namespace
 
-CodePicture read_codes(const fs::path& file, const SizeCheck& expected) {
+CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
+                       const std::optional<Region>& part) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   if (bytes.empty()) reject(file, "the file is empty");
@@ -164,7 +173,7 @@ CodePicture read_codes(const fs::path& file, const SizeCheck& expected) {
   check_channels(input.spec(), file);
   const int bits = bits_of(input.spec(), file);
   check_extent(input.spec(), file, bytes.size(), bits, expected);
-  return {read_values<std::uint16_t>(input, file, kind), bits};
+  return {read_values<std::uint16_t>(input, file, kind, part), bits};
 }
 
 bool is_float_tiff(std::span<const std::byte> bytes) {

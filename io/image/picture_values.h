@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/image.h"
+#include "core/region.h"
 #include "io/image/image_limits.h"
 
 namespace kappamu::io {
@@ -18,8 +20,9 @@ struct CodePicture {
   int bits = 8;  ///< of each code in the file, 8 or 16
 };
 
-/// Throws as read_code_image() (image_file.h).
-CodePicture read_codes(const std::filesystem::path& file, const SizeCheck& expected);
+/// Of `part` alone, where one is wanted. Throws as read_code_image() (image_file.h).
+CodePicture read_codes(const std::filesystem::path& file, const SizeCheck& expected,
+                       const std::optional<Region>& part = {});
 
 /// Whether a TIFF's first page holds floats (SampleFormat; TIFF 6.0, section 19).
 bool is_float_tiff(std::span<const std::byte> bytes);
