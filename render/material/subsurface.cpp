@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/scene/published_materials.h"
-
 namespace kappamu::render {
 
 namespace {
@@ -18,8 +16,8 @@ struct Inversion {
 
 double openpbr_albedo(double colour, double g) {
   using In = Inversion;
-  const double s = In::a + In::b * colour -
-                   std::sqrt(In::c + In::d * colour + In::e * colour * colour);
+  const double s =
+      In::a + In::b * colour - std::sqrt(In::c + In::d * colour + In::e * colour * colour);
   return (1.0 - s * s) / (1.0 - g * s * s);
 }
 

@@ -68,10 +68,8 @@ HomogeneousMaterial file_of(const Node& node, const std::filesystem::path& folde
   FileMaterialChoice choice;
   choice.file = path_of(node["file"], folder);
   if (node.has("name")) choice.name = name_of(node["name"]);
-  if (node.has("mm_per_unit"))
-    choice.mm_per_unit = node["mm_per_unit"].number_between(1e-6, 1e6);
-  if (node.has("distance_mm"))
-    choice.distance_mm = node["distance_mm"].number_between(1e-6, 1e6);
+  if (node.has("mm_per_unit")) choice.mm_per_unit = node["mm_per_unit"].number_between(1e-6, 1e6);
+  if (node.has("distance_mm")) choice.distance_mm = node["distance_mm"].number_between(1e-6, 1e6);
   const FileMaterial read = read_file_material(choice);
   HomogeneousMaterial material =
       homogeneous_material(scattering_of(node), absorption_of(read.attenuation));
@@ -82,8 +80,8 @@ HomogeneousMaterial file_of(const Node& node, const std::filesystem::path& folde
 
 HomogeneousMaterial own_of(const Node& node) {
   node.expect_fields({"reduced_scattering_per_mm", "absorption_per_mm"}, {"source", "density"});
-  HomogeneousMaterial material = homogeneous_material(
-      scattering_of(node), colour_of(node["absorption_per_mm"], most_per_mm));
+  HomogeneousMaterial material =
+      homogeneous_material(scattering_of(node), colour_of(node["absorption_per_mm"], most_per_mm));
   material.source = node.has("source") ? node["source"].text() : "the scene";
   return material;
 }
@@ -109,7 +107,8 @@ Shell shell_of(const Node& node) {
     const std::string core = node["core"].choice({"synthesised", "mean-values"});
     shell.core = core == "synthesised" ? Shell::Core::synthesised : Shell::Core::mean_values;
   }
-  if (node.has("seed")) shell.seed = static_cast<std::uint64_t>(whole_number(node["seed"], 0, 1 << 30));
+  if (node.has("seed"))
+    shell.seed = static_cast<std::uint64_t>(whole_number(node["seed"], 0, 1 << 30));
   return shell;
 }
 
@@ -145,8 +144,7 @@ Pattern pattern_of(const Node& node) {
   constexpr Names<Pattern::Kind, 3> names{{{"noise", Pattern::Kind::noise},
                                            {"marble", Pattern::Kind::marble},
                                            {"veins", Pattern::Kind::veins}}};
-  node.expect_fields({"kind", "size_mm"},
-                     {"octaves", "turbulence", "width", "direction", "seed"});
+  node.expect_fields({"kind", "size_mm"}, {"octaves", "turbulence", "width", "direction", "seed"});
   Pattern pattern;
   pattern.kind = node["kind"].named(names);
   pattern.size_mm = length_of(node["size_mm"]);
@@ -224,8 +222,9 @@ Material material_of(const Node& node, const std::filesystem::path& folder, int 
   }
   if (found == 0 && node.has("reduced_scattering_per_mm")) return denser(own_of(node), node);
   if (found != 1) {
-    node.fail("must have exactly one of 'volume', 'published', 'reduced_scattering_per_mm', "
-              "'subsurface', 'attenuation', 'file', 'mix', 'layers' and 'parts'");
+    node.fail(
+        "must have exactly one of 'volume', 'published', 'reduced_scattering_per_mm', "
+        "'subsurface', 'attenuation', 'file', 'mix', 'layers' and 'parts'");
   }
   if (kind == "volume") return volume_of(node, folder);
   if (kind == "mix") return mix_of(node, folder, depth);

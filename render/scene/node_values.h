@@ -45,7 +45,8 @@ inline std::string name_of(const io::JsonNode& node) {
   return name;
 }
 
-inline std::filesystem::path path_of(const io::JsonNode& node, const std::filesystem::path& folder) {
+inline std::filesystem::path path_of(const io::JsonNode& node,
+                                     const std::filesystem::path& folder) {
   return folder / name_of(node);
 }
 
@@ -58,7 +59,6 @@ inline std::variant<double, Eigen::Vector3d> size_of(const io::JsonNode& node) {
   const std::vector<io::JsonNode> xyz = node.exactly(3);
   return Eigen::Vector3d(length_of(xyz[0]), length_of(xyz[1]), length_of(xyz[2]));
 }
-
 
 inline int whole_number(const io::JsonNode& node, int smallest, int largest) {
   node.number_between(smallest, largest);

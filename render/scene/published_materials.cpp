@@ -55,12 +55,4 @@ HomogeneousMaterial published_material(const std::string& name) {
   throw InputError("'" + name + "' is no published material; write one of " + names);
 }
 
-HomogeneousMaterial homogeneous_material(const Colour& reduced_scattering_per_mm,
-                                         const Colour& absorption_per_mm) {
-  HomogeneousMaterial material;
-  material.kappa_mm = 1.0 / (3.0 * (reduced_scattering_per_mm + absorption_per_mm));
-  material.mu_per_mm = absorption_per_mm;
-  return material;
-}
-
 }  // namespace kappamu::render

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "render/scene/scene.h"
+#include "render/material/homogeneous.h"
 
 namespace kappamu::render {
 
@@ -13,9 +13,5 @@ std::vector<std::string> published_material_names();
 
 /// Throws InputError, listing the names, unless there is one of this name.
 HomogeneousMaterial published_material(const std::string& name);
-
-/// κ = 1/(3(σa + σs')), μ = σa.
-HomogeneousMaterial homogeneous_material(const Colour& reduced_scattering_per_mm,
-                                         const Colour& absorption_per_mm);
 
 }  // namespace kappamu::render

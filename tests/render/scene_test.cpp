@@ -136,9 +136,12 @@ std::vector<Edited> bad_scenes() {
        "objects[0].material must have exactly one"},
       {"a shell turned", [](json& s) { s["objects"][0]["material"]["placement"] = "shell"; },
        "turn_deg has no meaning for a shell"},
-      {"a solid with a core",
-       [](json& s) { s["objects"][3]["material"]["placement"] = "stretch"; }, "belongs to"},
-      {"one material mixed", [](json& s) { s["objects"][4]["material"] = {{"mix", {1}}}; },
+      {"a solid with a core", [](json& s) { s["objects"][3]["material"]["placement"] = "stretch"; },
+       "belongs to"},
+      {"one material mixed",
+       [](json& s) {
+         s["objects"][4]["material"] = {{"mix", {1}}};
+       },
        "objects[4].material.pattern is missing"},
       {"a last layer that ends",
        [](json& s) { s["objects"][4]["material"]["layers"][2]["thickness_mm"] = 1; },
@@ -203,8 +206,7 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(shell.up, Eigen::Vector3d::UnitZ());
   EXPECT_EQ(shell.texture_size_mm, Eigen::Vector2d(20.0, 30.0));
   EXPECT_EQ(shell.core, Shell::Core::mean_values);
-  const auto& layers =
-      std::get<std::shared_ptr<const ComposedMaterial>>(scene.objects[4].material);
+  const auto& layers = std::get<std::shared_ptr<const ComposedMaterial>>(scene.objects[4].material);
   EXPECT_EQ(std::get<ComposedMaterial::Layers>(layers->by).thickness_mm,
             (std::vector<double>{0.2, 0.4}));
   EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "run"));
@@ -300,13 +302,15 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
   EXPECT_EQ(refusal_of(good), "");
   Scene scene = good;
   scene.camera.position_mm = {1.0, 2.0, 3.0};
-  EXPECT_EQ(refusal_of(scene), "the camera is inside object 'ball'; change its position_mm, or give "
-                                "the mesh a void around it");
+  EXPECT_EQ(refusal_of(scene),
+            "the camera is inside object 'ball'; change its position_mm, or give "
+            "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
   scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
-  EXPECT_EQ(refusal_of(scene), "light 2 is inside object 'ball'; change its position_mm, or give "
-                                "the mesh a void around it");
+  EXPECT_EQ(refusal_of(scene),
+            "light 2 is inside object 'ball'; change its position_mm, or give "
+            "the mesh a void around it");
   scene = good;
   scene.objects.push_back(good.objects[0]);
   scene.objects[1].name = "other";

@@ -1,4 +1,4 @@
-#include "render/material/material_export.h"
+#include "render/scene/material_export.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,8 +40,8 @@ HomogeneousMaterial mean_material(const io::VolumeSet& set, double& varies) {
     };
     extinction[c] = mean(sigma);
     absorption[c] = mean(medium.mu.values());
-    varies = std::max({varies, variation(sigma, extinction[c]),
-                       variation(medium.mu.values(), absorption[c])});
+    varies = std::max(
+        {varies, variation(sigma, extinction[c]), variation(medium.mu.values(), absorption[c])});
   }
   return homogeneous_material((extinction - absorption).max(1e-6), absorption);
 }
@@ -62,14 +62,15 @@ void write_materialx(std::ostream& out, const Subsurface& subsurface, double eta
          "  <open_pbr_surface name=\"measured_surface\" type=\"surfaceshader\">\n";
   input("subsurface_weight", "float", "1");
   input("subsurface_color", "color3", three(subsurface.colour));
-  out << "    <input name=\"subsurface_radius\" type=\"float\" value=\""
-      << io::number_text(radius) << "\" unittype=\"distance\" unit=\"millimeter\" />\n";
+  out << "    <input name=\"subsurface_radius\" type=\"float\" value=\"" << io::number_text(radius)
+      << "\" unittype=\"distance\" unit=\"millimeter\" />\n";
   input("subsurface_radius_scale", "color3", three(subsurface.radius_mm / radius));
   input("subsurface_scatter_anisotropy", "float", "0");
   input("specular_ior", "float", io::number_text(eta));
   out << "  </open_pbr_surface>\n"
          "  <surfacematerial name=\"measured\" type=\"material\">\n"
-         "    <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"measured_surface\" />\n"
+         "    <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"measured_surface\" "
+         "/>\n"
          "  </surfacematerial>\n"
          "</materialx>\n";
 }
@@ -83,8 +84,7 @@ nlohmann::ordered_json list(const Colour& colour) {
 io::ExportResult export_material(const fs::path& folder, const io::VolumeSet& set) {
   io::validate(set, folder.string());
   double varies = 0.0;
-  const HomogeneousMaterial material =
-      mean_material(colour_channels(set, folder.string()), varies);
+  const HomogeneousMaterial material = mean_material(colour_channels(set, folder.string()), varies);
   const double eta = set.eta.value_or(usual_index);
   io::ExportResult result;
   constexpr double noticed = 0.01;

@@ -1,4 +1,4 @@
-#include "render/material/composed_field.h"
+#include "render/scene/composed_field.h"
 
 #include <algorithm>
 #include <cmath>
@@ -51,8 +51,7 @@ class MixedField : public MaterialField {
     const ColourCoefficients other = fields_[1]->at(place);
     for (std::size_t c = 0; c < result.size(); ++c) {
       // σt' = 1/(3κ) and μ are proportional to concentrations, κ is not.
-      const double extinction =
-          (1.0 - share) / result[c].kappa + share / other[c].kappa;
+      const double extinction = (1.0 - share) / result[c].kappa + share / other[c].kappa;
       result[c] = {1.0 / extinction, (1.0 - share) * result[c].mu + share * other[c].mu};
     }
     return result;
