@@ -6,6 +6,7 @@
 #include "io/volume/volume_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/stages/export_stage.h"
+#include "render/scene/material_export.h"
 
 namespace kappamu::app {
 
@@ -18,14 +19,32 @@ struct ExportOptions {
   std::size_t most_voxels = io::default_most_voxels;
 };
 
+/// Not among the pipeline's: a mean, which says less than the volume.
+constexpr const char* material_format = "material";
+
+void add_material(const ExportOptions& options, const std::filesystem::path& folder,
+                  Progress& progress, io::ExportResult& result) {
+  const io::VolumeSet set = io::read_volume(io::find_volume(options.volume), options.most_voxels);
+  const io::ExportResult made = render::export_material(folder, set);
+  for (const std::string& warning : made.warnings) progress.warn(warning);
+  result.files.insert(result.files.end(), made.files.begin(), made.files.end());
+  result.warnings.insert(result.warnings.end(), made.warnings.begin(), made.warnings.end());
+}
+
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
-  pipeline::OutputFolder out(options.out, "export", {io::find_volume(options.volume)},
-                             {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr",
-                              "material"},
-                             pipeline::Former::kept);
-  io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
-                                                     *progress, options.most_voxels);
+  pipeline::OutputFolder out(
+      options.out, "export", {io::find_volume(options.volume)},
+      {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr", "material"},
+      pipeline::Former::kept);
+  std::vector<std::string> formats = options.formats;
+  const bool material = std::erase(formats, material_format) > 0;
+  io::ExportResult result;
+  if (!formats.empty()) {
+    result = pipeline::export_volumes(options.volume, out.partial(), formats, *progress,
+                                      options.most_voxels);
+  }
+  if (material) add_material(options, out.partial() / "material", *progress, result);
   for (auto& file : result.files)
     file = std::filesystem::path(options.out) / file.lexically_relative(out.partial());
   out.commit();
@@ -69,6 +88,7 @@ A volume with a NaN or with kappa <= 0 is refused (exit code 1).)");
   add_out(*command, options->out, "Folder for the files; made if missing");
   std::vector<std::string> names = pipeline::export_formats();
   names.emplace_back("all");
+  names.emplace_back(material_format);
   command
       ->add_option(
           "--format", options->formats,

@@ -38,9 +38,9 @@ std::vector<CornerTexture> texture_from(const TriangleMesh& given, const Triangl
       const Vector3d& point = mesh.vertices[at(mesh.triangles[t][k])];
       std::size_t same = 0;
       while (same < 3 && corner(same) != point) ++same;
-      result[t][k] = same < 3 ? given.texture[from][same]
-                              : texture_at(point, corner(0), corner(1), corner(2),
-                                           given.texture[from]);
+      result[t][k] = same < 3
+                         ? given.texture[from][same]
+                         : texture_at(point, corner(0), corner(1), corner(2), given.texture[from]);
     }
   }
   return result;

@@ -12,8 +12,7 @@ namespace kappamu::io {
 
 namespace {
 
-const Eigen::Vector2f nowhere =
-    Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+const Eigen::Vector2f nowhere = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
 const CornerTexture no_texture{nowhere, nowhere, nowhere};
 
 }  // namespace
@@ -84,8 +83,7 @@ void MeshBuilder::require_whole_texture() {
     return !(t[0] + t[1] + t[2]).allFinite();
   });
   if (missing == 0) return;
-  note("its texture coordinates are left out: " + std::to_string(missing) +
-       " triangles have none");
+  note("its texture coordinates are left out: " + std::to_string(missing) + " triangles have none");
   texture.clear();
 }
 

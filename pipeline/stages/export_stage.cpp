@@ -5,15 +5,13 @@
 #include "core/error.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/verify.h"
-#include "render/material/material_export.h"
 
 namespace kappamu::pipeline {
 
 namespace fs = std::filesystem;
 
 const std::vector<std::string>& export_formats() {
-  static const std::vector<std::string> formats{"vti", "vol", "pbrt",    "npy",
-                                                "vdb", "exr", "material"};
+  static const std::vector<std::string> formats{"vti", "vol", "pbrt", "npy", "vdb", "exr"};
   return formats;
 }
 
@@ -24,13 +22,12 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
   for (const std::string& format : formats) {
     const auto& known = export_formats();
     if (format == "all") {
-      // A material is a mean, which says less than the volume.
-      wanted.assign(known.begin(), known.end() - 1);
+      wanted = known;
       break;
     }
     if (std::find(known.begin(), known.end(), format) == known.end()) {
       throw InputError("export format '" + format +
-                       "' is not one of vti, vol, pbrt, npy, vdb, exr, material, all");
+                       "' is not one of vti, vol, pbrt, npy, vdb, exr, all");
     }
     if (std::find(wanted.begin(), wanted.end(), format) == wanted.end()) wanted.push_back(format);
   }
@@ -48,7 +45,6 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
     if (format == "npy") one = io::export_npy(folder / "npy", set);
     if (format == "vdb") one = io::export_vdb(folder / "volume.vdb", set);
     if (format == "exr") one = io::export_slices(folder / "exr", set);
-    if (format == "material") one = render::export_material(folder / "material", set);
     all.files.insert(all.files.end(), one.files.begin(), one.files.end());
     for (const std::string& warning : one.warnings) {
       // Formats share their conversion: each warning once.

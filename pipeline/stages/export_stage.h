@@ -11,11 +11,11 @@
 
 namespace kappamu::pipeline {
 
-/// "vti", "vol", "pbrt", "npy", "vdb", "exr", "material".
+/// "vti", "vol", "pbrt", "npy", "vdb", "exr".
 const std::vector<std::string>& export_formats();
 
-/// Writes `volume` (see io::find_volume) into `folder` as each of `formats` ("all" for every one but
-/// "material"): volume.vti, volume.vdb, medium.pbrt, and the folders mitsuba, npy, exr and material. Warnings go to
+/// Writes `volume` (see io::find_volume) into `folder` as each of `formats` ("all" for every one):
+/// volume.vti, volume.vdb, medium.pbrt, and the folders mitsuba, npy and exr. Warnings go to
 /// `progress` and into the result. Throws InputError when the volume has a NaN, a non-positive κ or
 /// more than `most_voxels` numbers, and when a format is unknown.
 io::ExportResult export_volumes(const std::filesystem::path& volume,

@@ -85,8 +85,8 @@ class Reader {
     }
     const json& volume = extensions["KHR_materials_volume"];
     FileMaterial result;
-    const double distance = number(volume, "attenuationDistance",
-                                   std::numeric_limits<double>::infinity(), 1e-30);
+    const double distance =
+        number(volume, "attenuationDistance", std::numeric_limits<double>::infinity(), 1e-30);
     result.attenuation.distance_mm = distance * choice_.mm_per_unit;
     const json colour = volume.value("attenuationColor", json::array({1.0, 1.0, 1.0}));
     for (std::size_t c = 0; c < 3; ++c) {
@@ -136,8 +136,9 @@ class Reader {
     const std::string name = "material '" + entry.name + "'";
     if (!entry.filter) fail(name + " has no transmission filter Tf; write its coefficients");
     if (!choice_.distance_mm) {
-      fail(name + " has its filter Tf without a distance; write distance_mm, after which light "
-                  "has that colour");
+      fail(name +
+           " has its filter Tf without a distance; write distance_mm, after which light "
+           "has that colour");
     }
     expect_colour(*entry.filter, name, "Tf");
     return {{*entry.filter, *choice_.distance_mm},
@@ -145,10 +146,12 @@ class Reader {
             choice_.file.string() + ", " + name + ", Tf"};
   }
 
-  void expect_colour(const Colour& colour, const std::string& name, const std::string& field) const {
+  void expect_colour(const Colour& colour, const std::string& name,
+                     const std::string& field) const {
     if ((colour > 0.0).all() && (colour <= 1.0).all()) return;
-    fail(name + " has a " + field + " that is not above 0 and at most 1; a black one would absorb "
-                "everything, write a small number");
+    fail(name + " has a " + field +
+         " that is not above 0 and at most 1; a black one would absorb "
+         "everything, write a small number");
   }
 
   const FileMaterialChoice& choice_;

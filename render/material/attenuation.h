@@ -1,4 +1,5 @@
-// Absorption as renderers of clear media state it: the colour that white light has after a distance.
+// Absorption as renderers of clear media state it: the colour that white light has after a
+// distance.
 #pragma once
 
 #include <filesystem>

@@ -59,8 +59,8 @@ Baked baked(const MaterialField& field, const TriangleMesh& mesh,
   result.set.media.assign(3, {Volume<double>(shape), Volume<double>(shape)});
   // Voxels that the body does not reach are never looked up, but have to be coefficients.
   double outside = 0.0;
-  const ColourCoefficients beyond =
-      field.at(places.at(mesh.vertices[static_cast<std::size_t>(mesh.triangles[0][0])], 0, outside));
+  const ColourCoefficients beyond = field.at(
+      places.at(mesh.vertices[static_cast<std::size_t>(mesh.triangles[0][0])], 0, outside));
   for_rows(shape.nz * shape.ny, [&](int row) {
     const int y = row % shape.ny, z = row / shape.ny;
     int near = 0;

@@ -15,7 +15,7 @@
 namespace kappamu::render {
 
 struct FacePlace {
-  double weight = 0.0;                ///< positive, not normalised
+  double weight = 0.0;              ///< positive, not normalised
   Eigen::Vector2d at_mm{0.0, 0.0};  ///< along the block's x and y, within its face
 };
 
@@ -51,7 +51,7 @@ inline constexpr double piece_sharpness = 4.0;
 inline constexpr std::size_t most_anchors = 1500;
 
 struct ChartOptions {
-  double voxel_mm = 1.0;  ///< of the block as it lies on the object
+  double voxel_mm = 1.0;              ///< of the block as it lies on the object
   Eigen::Vector3d up{0.0, 1.0, 0.0};  ///< what the block's y follows along the surface
   std::uint64_t seed = 1;
 };
@@ -59,9 +59,9 @@ struct ChartOptions {
 /// Round pieces of the block laid over the surface, as lapped textures (E. Praun, A. Finkelstein,
 /// H. Hoppe 2000): centres at least 5/8 of a radius apart, charts that keep distance and direction
 /// from the centre (an exponential map to first order), y along `up`. Of 24 pieces drawn at random
-/// each takes the one that fits those laid before best (A. Efros, W. Freeman, Image quilting, 2001).
-/// No parameterisation of the whole surface is needed, and there is no seam.
-/// Throws InputError where the block's face is too small for a piece.
+/// each takes the one that fits those laid before best (A. Efros, W. Freeman, Image quilting,
+/// 2001). No parameterisation of the whole surface is needed, and there is no seam. Throws
+/// InputError where the block's face is too small for a piece.
 std::unique_ptr<FaceChart> make_surface_chart(const TriangleMesh& mesh, const NormalScores& scores,
                                               const ChartOptions& options);
 

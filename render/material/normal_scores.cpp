@@ -62,13 +62,17 @@ std::vector<float> neighbourhood(const Volume<double>& values) {
 
 NormalScores::NormalScores(const io::VolumeSet& block) : shape_(block.shape()) {
   const std::vector<float> score_of_rank = quantiles(shape_.cells());
-  for (const Medium& medium : block.media) {
-    add(medium.kappa, score_of_rank);
-    add(medium.mu, score_of_rank);
+  sorted_.resize(2 * block.media.size());
+  layer_mean_.resize(sorted_.size());
+  score_.resize(sorted_.size() * shape_.cells());
+  for (std::size_t c = 0; c < block.media.size(); ++c) {
+    add(block.media[c].kappa, score_of_rank, 2 * c);
+    add(block.media[c].mu, score_of_rank, 2 * c + 1);
   }
 }
 
-void NormalScores::add(const Volume<double>& values, const std::vector<float>& score_of_rank) {
+void NormalScores::add(const Volume<double>& values, const std::vector<float>& score_of_rank,
+                       std::size_t coefficient) {
   std::vector<std::uint32_t> order(values.size());
   std::iota(order.begin(), order.end(), 0U);
   const std::vector<float> around = neighbourhood(values);
@@ -78,19 +82,18 @@ void NormalScores::add(const Volume<double>& values, const std::vector<float>& s
     return mix(a) < mix(b);
   });
   const bool constant = values[order.front()] == values[order.back()];
-  std::vector<float>& score = score_.emplace_back(values.size());
-  std::vector<float>& sorted = sorted_.emplace_back(values.size());
+  std::vector<float>& sorted = sorted_[coefficient];
+  sorted.resize(values.size());
+  const std::size_t layer = shape_.cells() / static_cast<std::size_t>(shape_.nz);
+  std::vector<double> sums(static_cast<std::size_t>(shape_.nz));
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
-    score[order[rank]] = constant ? 0.0F : score_of_rank[rank];
+    const float score = constant ? 0.0F : score_of_rank[rank];
+    score_[count() * order[rank] + coefficient] = score;
+    sums[order[rank] / layer] += score;
     sorted[rank] = static_cast<float>(values[order[rank]]);
   }
-  const auto layer = static_cast<std::ptrdiff_t>(shape_.nx) * shape_.ny;
-  std::vector<float>& means = layer_mean_.emplace_back();
-  for (int z = 0; z < shape_.nz; ++z) {
-    const auto begin = score.begin() + z * layer;
-    const double sum = std::accumulate(begin, begin + layer, 0.0);
-    means.push_back(static_cast<float>(sum / static_cast<double>(layer)));
-  }
+  for (const double sum : sums)
+    layer_mean_[coefficient].push_back(static_cast<float>(sum / static_cast<double>(layer)));
 }
 
 double NormalScores::value(std::size_t coefficient, double score) const {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "core/grid.h"
@@ -19,9 +20,10 @@ class NormalScores {
 
   const GridShape& shape() const { return shape_; }
   /// Coefficients: κ and μ of the first channel, then of the next.
-  std::size_t count() const { return score_.size(); }
-  float score(std::size_t coefficient, std::size_t voxel) const {
-    return score_[coefficient][voxel];
+  std::size_t count() const { return sorted_.size(); }
+  /// Of all coefficients of a voxel.
+  std::span<const float> scores(std::size_t voxel) const {
+    return {score_.data() + count() * voxel, count()};
   }
   /// Of the scores of a layer, z from 0.
   float layer_mean(std::size_t coefficient, int z) const {
@@ -34,10 +36,11 @@ class NormalScores {
   static double bytes(const io::VolumeSet& block);
 
  private:
-  void add(const Volume<double>& values, const std::vector<float>& score_of_rank);
+  void add(const Volume<double>& values, const std::vector<float>& score_of_rank,
+           std::size_t coefficient);
 
   GridShape shape_;
-  std::vector<std::vector<float>> score_;       ///< [coefficient][voxel]
+  std::vector<float> score_;                    ///< [voxel][coefficient]
   std::vector<std::vector<float>> sorted_;      ///< [coefficient][rank], values
   std::vector<std::vector<float>> layer_mean_;  ///< [coefficient][z]
 };

@@ -25,8 +25,8 @@ double octaves_of(const Pattern& pattern, const Vector3d& point) {
   double sum = 0.0, strength = 1.0;
   Vector3d position = point / pattern.size_mm;
   for (int i = 0; i < pattern.octaves; ++i) {
-    sum += strength *
-           gradient_noise(position, key_of({pattern.seed, static_cast<std::uint64_t>(i)}));
+    sum +=
+        strength * gradient_noise(position, key_of({pattern.seed, static_cast<std::uint64_t>(i)}));
     position *= 2.0;
     strength *= 0.5;
   }

@@ -17,6 +17,8 @@ constexpr double transition = 0.25;
 /// Pieces of the core: radius over the block's shortest edge, and over the lattice's.
 constexpr double core_radius = 0.48, radius_of_lattice = 0.9;
 constexpr double core_sharpness = 4.0;
+/// Share of the weight below which a piece is left out.
+constexpr double negligible = 1e-4;
 
 /// 1 below 0, 0 above 1, smooth between.
 double fade(double at) {
@@ -26,8 +28,8 @@ double fade(double at) {
 
 }  // namespace
 
-/// Scores of voxels under weights: Σ w m + (Σ w (s − m)) / sqrt(Σ w²) with Σ w = 1, m being the mean
-/// of what a voxel was drawn from.
+/// Scores of voxels under weights: Σ w m + (Σ w (s − m)) / sqrt(Σ w²) with Σ w = 1, m being the
+/// mean of what a voxel was drawn from.
 class ShellField::Mixture {
  public:
   explicit Mixture(const NormalScores& scores) : scores_(scores) {}
@@ -36,10 +38,11 @@ class ShellField::Mixture {
   void add(double weight, std::size_t voxel, std::optional<int> layer) {
     weight_ += weight;
     squares_ += weight * weight;
-    for (std::size_t v = 0; v < scores_.count(); ++v) {
+    const std::span<const float> scores = scores_.scores(voxel);
+    for (std::size_t v = 0; v < scores.size(); ++v) {
       const double mean = layer ? scores_.layer_mean(v, *layer) : 0.0;
       mean_[v] += weight * mean;
-      deviation_[v] += weight * (scores_.score(v, voxel) - mean);
+      deviation_[v] += weight * (scores[v] - mean);
     }
   }
   double score(std::size_t v) const {
@@ -57,8 +60,9 @@ ShellField::ShellField(const io::VolumeSet& block, const Shell& shell, const Tri
   voxel_ = shell.scale * block.shape().voxel_mm;
   thickness_ = voxel_ * block.shape().nz;
   const ChartOptions options{voxel_, shell.up, shell.seed};
-  chart_ = shell.texture_size_mm ? make_texture_chart(mesh, scores_, *shell.texture_size_mm, options)
-                                 : make_surface_chart(mesh, scores_, options);
+  chart_ = shell.texture_size_mm
+               ? make_texture_chart(mesh, scores_, *shell.texture_size_mm, options)
+               : make_surface_chart(mesh, scores_, options);
   if (shell.core != Shell::Core::mean_values) return;
   for (const FaceChart::Anchor& anchor : chart_->anchors()) {
     Mixture one(scores_);
@@ -114,6 +118,7 @@ void ShellField::add_shell(const Place& place, double share, Mixture& mixture) c
   double sum = 0.0;
   for (const FacePlace& at : places.all()) sum += at.weight;
   for (const FacePlace& at : places.all()) {
+    if (at.weight < negligible * sum) continue;
     mixture.add(share * at.weight / sum, face_voxel(at.at_mm, z), z);
   }
 }
@@ -149,7 +154,7 @@ void ShellField::add_core(const Vector3d& point, double share, Mixture& mixture)
     voxel[i] = shape.index(index(0, shape.nx), index(1, shape.ny), index(2, shape.nz));
   }
   for (std::size_t i = 0; i < weight.size(); ++i) {
-    if (weight[i] > 0.0) mixture.add(share * weight[i] / sum, voxel[i], std::nullopt);
+    if (weight[i] > negligible * sum) mixture.add(share * weight[i] / sum, voxel[i], std::nullopt);
   }
 }
 

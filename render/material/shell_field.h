@@ -1,6 +1,6 @@
-// A measured block wrapped round an object ([W] 5: a shell map, Porumbescu et al. 2005): its face z+
-// lies on the surface, its layers below it along the inward normal, at its scale in mm. Below its
-// last layer the core is a solid texture of pieces of it, or interpolated from that layer by
+// A measured block wrapped round an object ([W] 5: a shell map, Porumbescu et al. 2005): its face
+// z+ lies on the surface, its layers below it along the inward normal, at its scale in mm. Below
+// its last layer the core is a solid texture of pieces of it, or interpolated from that layer by
 // mean-value coordinates (Ju et al. 2005), positive ones alone.
 #pragma once
 
@@ -10,7 +10,7 @@
 #include "io/volume/volume_set.h"
 #include "render/material/face_chart.h"
 #include "render/material/material_field.h"
-#include "render/scene/scene.h"
+#include "render/material/shell.h"
 
 namespace kappamu::render {
 

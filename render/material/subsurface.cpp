@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/material/published_materials.h"
-
 namespace kappamu::render {
 
 namespace {

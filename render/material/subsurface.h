@@ -13,7 +13,7 @@
 
 #include "core/names.h"
 #include "render/colour.h"
-#include "render/scene/scene.h"
+#include "render/material/homogeneous.h"
 
 namespace kappamu::render {
 

@@ -102,7 +102,7 @@ class SurfaceChart : public FaceChart {
                    if (central <= 0.0) return;
                    const double facing = std::max(place.normal.dot(piece.normal), smallest_facing);
                    found.add({std::pow(central * central * facing, piece_sharpness),
-                               piece.at_mm + from_centre});
+                              piece.at_mm + from_centre});
                  });
     return found;
   }
@@ -175,9 +175,9 @@ class SurfaceChart : public FaceChart {
       const auto random = [&](std::uint64_t k) {
         return uniform(key_of({options_.seed, static_cast<std::uint64_t>(index), trial, k, 7}));
       };
-      piece.at_mm = Vector2d::Constant(radius_) +
-                    Vector2d(random(0), random(1))
-                        .cwiseProduct(face_ - Vector2d::Constant(2.0 * radius_));
+      piece.at_mm =
+          Vector2d::Constant(radius_) +
+          Vector2d(random(0), random(1)).cwiseProduct(face_ - Vector2d::Constant(2.0 * radius_));
       const double misfit = misfit_to(piece, laid);
       if (misfit >= least) continue;
       least = misfit;
@@ -199,10 +199,8 @@ class SurfaceChart : public FaceChart {
         for (const int z : {shape.nz - 1, shape.nz / 2}) {
           const std::size_t one = voxel(piece.at_mm + piece.chart(point), z);
           const std::size_t two = voxel(there.at_mm + there.chart(point), z);
-          for (std::size_t v = 0; v < scores_.count(); ++v) {
-            const double difference = scores_.score(v, one) - scores_.score(v, two);
-            sum += difference * difference;
-          }
+          for (std::size_t v = 0; v < scores_.count(); ++v)
+            sum += std::pow(scores_.scores(one)[v] - scores_.scores(two)[v], 2);
         }
       }
     }
@@ -211,9 +209,9 @@ class SurfaceChart : public FaceChart {
 
   std::size_t voxel(const Vector2d& at_mm, int z) const {
     const GridShape& shape = scores_.shape();
-    return shape.index(
-        std::clamp(static_cast<int>(at_mm.x() / options_.voxel_mm), 0, shape.nx - 1),
-        std::clamp(static_cast<int>(at_mm.y() / options_.voxel_mm), 0, shape.ny - 1), z);
+    return shape.index(std::clamp(static_cast<int>(at_mm.x() / options_.voxel_mm), 0, shape.nx - 1),
+                       std::clamp(static_cast<int>(at_mm.y() / options_.voxel_mm), 0, shape.ny - 1),
+                       z);
   }
 
   void build_tree() {

@@ -91,9 +91,8 @@ class TextureChart : public FaceChart {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
     };
     const std::uint64_t key = key_of({seed_, number(corner.x()), number(corner.y())});
-    return Vector2d::Constant(edge_) +
-           Vector2d(uniform(key), uniform(mix(key)))
-               .cwiseProduct(face_ - Vector2d::Constant(2.0 * edge_));
+    return Vector2d::Constant(edge_) + Vector2d(uniform(key), uniform(mix(key)))
+                                           .cwiseProduct(face_ - Vector2d::Constant(2.0 * edge_));
   }
 
   const TriangleMesh& mesh_;

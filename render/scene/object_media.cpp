@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "io/volume/volume_file.h"
 #include "render/material/baked_field.h"
-#include "render/material/composed_field.h"
+#include "render/scene/composed_field.h"
 #include "render/scene/object_shape.h"
 
 namespace kappamu::render {

@@ -17,21 +17,10 @@
 #include "render/colour.h"
 #include "render/deform/deformation.h"
 #include "render/material/homogeneous.h"
+#include "render/material/pattern.h"
+#include "render/material/shell.h"
 
 namespace kappamu::render {
-
-/// How a block is wrapped round an object (render/material/shell_field.h).
-struct Shell {
-  enum class Core { synthesised, mean_values };
-
-  Eigen::Vector3d up = Eigen::Vector3d::UnitY();  ///< the block's y, laid along the surface
-  double scale = 1.0;                             ///< of the block on the object [dimensionless]
-  /// What texture coordinates of 1, 1 are on the block's face [mm]; none: the surface is covered by
-  /// pieces of the face without texture coordinates.
-  std::optional<Eigen::Vector2d> texture_size_mm;
-  Core core = Core::synthesised;  ///< below the block's last layer
-  std::uint64_t seed = 1;         ///< of the pieces' places
-};
 
 /// κ and μ of a measured volume, placed in the object.
 struct VolumeMaterial {
@@ -48,21 +37,6 @@ struct VolumeMaterial {
 struct ComposedMaterial;
 using Material =
     std::variant<VolumeMaterial, HomogeneousMaterial, std::shared_ptr<const ComposedMaterial>>;
-
-/// A share in [0, 1] at every point of space (render/material/pattern.h).
-struct Pattern {
-  enum class Kind { noise, marble, veins };
-
-  Kind kind = Kind::noise;
-  double size_mm = 1.0;  ///< of the largest structure; of marble, the distance of its bands
-  int octaves = 5;       ///< of the noise, each half as large and half as strong
-  /// Of marble's bands by noise, in bands [dimensionless].
-  double turbulence = 1.0;
-  /// Of veins, over the size [dimensionless].
-  double width = 0.1;
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();  ///< across marble's bands
-  std::uint64_t seed = 1;
-};
 
 struct Finish {
   std::optional<double> eta;  ///< relative refractive index; none: the material's, or 1.3

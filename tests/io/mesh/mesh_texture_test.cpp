@@ -138,8 +138,8 @@ TEST_F(MeshTexture, GltfHasIt) {
           count + R"(},{"bufferView":1,"componentType":5126,"type":"VEC2","count":)" + count +
           R"(}],"bufferViews":[{"buffer":0,"byteLength":)" + std::to_string(positions) +
           R"(},{"buffer":0,"byteOffset":)" + std::to_string(positions) + R"(,"byteLength":)" +
-          std::to_string(buffer.size() - positions) + R"(}],"buffers":[{"uri":"a.bin","byteLength":)" +
-          std::to_string(buffer.size()) + "}]}");
+          std::to_string(buffer.size() - positions) +
+          R"(}],"buffers":[{"uri":"a.bin","byteLength":)" + std::to_string(buffer.size()) + "}]}");
   expect_mapped(read_body(file).mesh);
 }
 

@@ -65,8 +65,8 @@ TEST_F(AttenuationFile, BinaryGltfIsTheSame) {
 }
 
 TEST_F(AttenuationFile, ClearMediaAbsorbNothing) {
-  const FileMaterial read = read_file_material(written(
-      "a.gltf", R"({"materials":[{"extensions":{"KHR_materials_transmission":{},
+  const FileMaterial read = read_file_material(
+      written("a.gltf", R"({"materials":[{"extensions":{"KHR_materials_transmission":{},
       "KHR_materials_volume":{"attenuationColor":[0.5,0.5,0.5]}}}]})"));
   EXPECT_EQ(absorption_of(read.attenuation).matrix().norm(), 0.0);
   EXPECT_EQ(read.eta, 1.5);
@@ -88,7 +88,8 @@ TEST_F(AttenuationFile, RefusesWhatStatesNoAbsorption) {
   choice.name = "brass";
   EXPECT_THAT(sentence_of([&] { read_file_material(choice); }), HasSubstr("KHR_materials_volume"));
   choice.name = "gold";
-  EXPECT_THAT(sentence_of([&] { read_file_material(choice); }), HasSubstr("has no material 'gold'"));
+  EXPECT_THAT(sentence_of([&] { read_file_material(choice); }),
+              HasSubstr("has no material 'gold'"));
   choice = written("b.gltf", "{\"materials\": 3");
   EXPECT_THAT(sentence_of([&] { read_file_material(choice); }), HasSubstr("not a JSON object"));
   choice = written("c.gltf", R"({"materials":[{"extensions":{"KHR_materials_volume":{}}}]})");

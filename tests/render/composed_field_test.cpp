@@ -1,5 +1,5 @@
 // Patterns, layers and parts as materials.
-#include "render/material/composed_field.h"
+#include "render/scene/composed_field.h"
 
 #include <gtest/gtest.h>
 

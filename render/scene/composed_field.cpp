@@ -1,4 +1,4 @@
-#include "render/material/composed_field.h"
+#include "render/scene/composed_field.h"
 
 #include <algorithm>
 #include <cmath>

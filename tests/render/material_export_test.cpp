@@ -1,5 +1,5 @@
 // Fitted materials as those of shaders: what is written gives the volume's coefficients back.
-#include "render/material/material_export.h"
+#include "render/scene/material_export.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

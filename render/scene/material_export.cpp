@@ -1,4 +1,4 @@
-#include "render/material/material_export.h"
+#include "render/scene/material_export.h"
 
 #include <algorithm>
 #include <cmath>
