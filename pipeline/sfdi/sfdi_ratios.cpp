@@ -125,8 +125,12 @@ class Wavelength {
   Demodulated read(const Pictures& p, bool sample, const Demodulated* even) {
     DemodulatedSet set = demodulate(d_, p, sample, even);
     if (sample) {
-      checks_.push_back({p.per_mm, set.found_per_mm, set.light.second_harmonic, set.light.stripes,
-                         set.saturated, {}});
+      checks_.push_back({p.per_mm,
+                         set.found_per_mm,
+                         set.light.second_harmonic,
+                         set.light.stripes,
+                         set.saturated,
+                         {}});
     }
     return std::move(set.light);
   }
