@@ -7,8 +7,8 @@
 #include "calib/calibrate.h"
 #include "capture/radiance/hdr.h"
 #include "capture/session/session.h"
+#include "core/numbers/region.h"
 #include "core/progress.h"
-#include "core/region.h"
 #include "core/surface_measurements.h"
 
 namespace kappamu::calib {

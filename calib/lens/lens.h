@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/region.h"
+#include "core/numbers/region.h"
 
 namespace kappamu::calib {
 

@@ -4,7 +4,7 @@
 
 #include "calib/lens/lens.h"
 #include "core/grid.h"
-#include "core/region.h"
+#include "core/numbers/region.h"
 #include "core/rigid.h"
 
 namespace kappamu::calib {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/image.h"
-#include "core/region.h"
+#include "core/numbers/region.h"
 
 namespace kappamu::capture {
 

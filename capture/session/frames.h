@@ -7,7 +7,7 @@
 
 #include "capture/session/session.h"
 #include "core/image.h"
-#include "core/region.h"
+#include "core/numbers/region.h"
 #include "io/image/raw_file.h"
 
 namespace kappamu::capture {

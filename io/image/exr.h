@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/region.h"
+#include "core/numbers/region.h"
 #include "io/image/image_limits.h"
 
 namespace kappamu::io {

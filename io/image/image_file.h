@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/image.h"
-#include "core/region.h"
+#include "core/numbers/region.h"
 #include "io/image/image_limits.h"
 
 namespace kappamu::io {

@@ -15,7 +15,7 @@
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/merge.h"
 #include "capture/session/frames.h"
-#include "core/region.h"
+#include "core/numbers/region.h"
 #include "core/shown_text.h"
 #include "io/measurements_file.h"
 #include "pipeline/stages/hdr_file.h"

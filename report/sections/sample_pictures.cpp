@@ -7,7 +7,7 @@
 #include "capture/radiance/merge.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
-#include "core/region.h"
+#include "core/numbers/region.h"
 #include "report/drawing/picture.h"
 #include "report/read/run_data.h"
 
