@@ -185,7 +185,7 @@ TEST_F(PieceFits, GoesOnFromACheckpointToTheSameBits) {
   Progress quiet;
   FitOptions path = options;
   path.path.weight.reset();
-  path.path.first_weight = 3000.0;
+  path.path.first_weight = 3e5;
   path.path.target_chi2 = 2.0;
   path.path.final_tolerance = 1e-4;
   std::vector<PathState> states;
