@@ -239,10 +239,13 @@ void LiveScene::set_media(std::size_t object, const ObjectMedia& media) {
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   for (const auto& [object, media] : question.media) set_media(object, media);
   LiveAnswer answer;
+  const std::string before = model_;
   if (!can_answer(forward::object_model(model_), solved())) {
     start(live_models(solved()).front(), {});
+    answer.model_changed = true;
   }
-  if (!question.model.empty() && question.model != model_) {
+  const bool gave_way = answer.model_changed && question.model == before;
+  if (!question.model.empty() && question.model != model_ && !gave_way) {
     try {
       if (!can_answer(forward::object_model(question.model), solved())) {
         throw InputError("model " + question.model + " does not answer for these objects; " +
