@@ -32,10 +32,12 @@ class WithParameter final : public ObjectModel {
 };
 
 const std::deque<ModelDescription>& object_models() {
+  const auto make = [] { return std::make_unique<WithParameter>(); };
+  // Those that scenes/ names.
   static const std::deque<ModelDescription> models{
-      {.name = "embedded", .text = "", .limits = "", .can = {}, .make = [] {
-         return std::make_unique<WithParameter>();
-       }}};
+      {.name = "embedded", .text = "", .limits = "", .can = {}, .make = make},
+      {.name = "dipole-rotated", .text = "", .limits = "", .can = {}, .make = make},
+      {.name = "polygrid", .text = "", .limits = "", .can = {}, .make = make}};
   return models;
 }
 
