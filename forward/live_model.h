@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "forward/object_model.h"
@@ -45,19 +46,27 @@ class LiveModel {
  public:
   struct Answer {
     ExitanceOfChannels exitance;
-    int iterations = 0;     ///< of the slowest channel
-    double residual = 0.0;  ///< of the worst channel, relative, by the solver's measure
+    std::size_t elements = 0;  ///< cells or triangles
+    int iterations = 0;        ///< of the slowest channel
+    double residual = 0.0;     ///< of the worst channel, relative, by the solver's measure
     bool converged = true;
   };
 
   virtual ~LiveModel() = default;
 
-  /// Beams closer than this change the answer no more [mm]; 0: those of incident_light() do.
+  /// How finely it can answer: level 0 is coarse and keeps up with lights that move, each further
+  /// one is finer and made when it is first asked for.
+  virtual int levels() const { return 1; }
+  /// At level 0, beams closer than this change the answer no more [mm]; 0, and at finer levels:
+  /// those of incident_light() do.
   virtual double beam_spacing_mm() const { return 0.0; }
-  virtual Answer solve(const LightOfChannels& light) = 0;
-  /// Relative error of an answer by solve(), by a finer one.
-  virtual double measured_error(const LightOfChannels& light,
-                                const ExitanceOfChannels& exitance) const = 0;
+  /// Starts from the level's last answer. Throws InputError where the object has no such level.
+  virtual Answer solve(const LightOfChannels& light, int level, Progress& progress) = 0;
+  /// Relative error of `fine`, the answer at `level` to this light; `coarse`: that at the level
+  /// before, empty at level 0. None: a finer level knows.
+  virtual std::optional<double> measured_error(const LightOfChannels& light, int level,
+                                               const ExitanceOfChannels& fine,
+                                               const ExitanceOfChannels& coarse) const = 0;
 };
 
 }  // namespace kappamu::forward

@@ -34,7 +34,8 @@ class Relight final : public LiveModel {
             device::Context::of(device::choose(device::list_devices(), options.device).index),
             object.mesh, profiles_) {}
 
-  Answer solve(const LightOfChannels& light) override {
+  Answer solve(const LightOfChannels& light, int /*level*/, Progress& progress) override {
+    progress.update("dipole", 0.0, "");
     const std::size_t samples = surface_.size();
     std::vector<Eigen::Array4f> in(samples, Eigen::Array4f::Zero());
     for (std::size_t c = 0; c < 3; ++c) {
@@ -45,6 +46,7 @@ class Relight final : public LiveModel {
     }
     const std::vector<Eigen::Array4f> out = hierarchy_.exitance(in);
     Answer answer;
+    answer.elements = samples;
     for (std::size_t c = 0; c < 3; ++c) {
       answer.exitance[c].reserve(samples);
       for (const Eigen::Array4f& value : out) {
@@ -54,8 +56,9 @@ class Relight final : public LiveModel {
     return answer;
   }
 
-  double measured_error(const LightOfChannels& light,
-                        const ExitanceOfChannels& exitance) const override {
+  std::optional<double> measured_error(const LightOfChannels& light, int /*level*/,
+                                       const ExitanceOfChannels& exitance,
+                                       const ExitanceOfChannels& /*coarse*/) const override {
     double worst = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
       const std::vector<double> exact =

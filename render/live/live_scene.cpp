@@ -1,25 +1,27 @@
 #include "render/live/live_scene.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 #include "core/processor_time.h"
 #include "forward/block/block_grid.h"
-#include "forward/live_model.h"
+#include "forward/model_error.h"
 #include "forward/registry.h"
 #include "render/light/beam_places.h"
 #include "render/light/incident_light.h"
+#include "render/live/object_solver.h"
 
 namespace kappamu::render {
 
 namespace {
 
-using forward::ChannelProblems;
-using forward::ExitanceOfChannels;
-using forward::LightOfChannels;
-
-/// Relative error that a model which refines is asked for, coarse for the sake of time.
-constexpr double usual_tolerance = 0.1;
+/// An answer of this time keeps up with a hand on a light [ms].
+constexpr double moving_ms = 100.0;
+/// Of the environment's light in the first answer.
+constexpr double preview_rays = 0.05 * environment_rays;
+/// Another model is worth its time where it errs by less than this share.
+constexpr double worthwhile = 0.7;
 
 bool all_homogeneous(const World& world) {
   return std::all_of(world.objects().begin(), world.objects().end(), [](const WorldObject& object) {
@@ -37,6 +39,18 @@ bool all_blocks(const World& world) {
   });
 }
 
+std::optional<EnvironmentLight> environment_of(const std::vector<Light>& lights) {
+  for (const Light& light : lights) {
+    if (const auto* environment = std::get_if<EnvironmentLight>(&light)) return *environment;
+  }
+  return std::nullopt;
+}
+
+bool same(const std::optional<EnvironmentLight>& a, const std::optional<EnvironmentLight>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->image == b->image && (a->radiance == b->radiance).all() && a->turn_deg == b->turn_deg;
+}
+
 }  // namespace
 
 std::vector<std::string> live_models(const World& world) {
@@ -51,117 +65,263 @@ std::vector<std::string> live_models(const World& world) {
   return models;
 }
 
-/// One object's model, and what it keeps from light to light, if anything.
-struct LiveScene::Solver {
-  Solver(const WorldObject& lit, const std::string& name, const OptionValues& parameters,
-         const LiveOptions& asked)
-      : object{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
-        model(forward::make_object_model(name, forward::ModelError::left_out, parameters)) {
-    options.device = asked.device;
-    options.seed = asked.seed;
-    options.tolerance = asked.tolerance.value_or(usual_tolerance);
-    kept = model->keep(object, options);
-    if (kept && kept->beam_spacing_mm() > 0.0) {
-      places = beam_places(lit, {kept->beam_spacing_mm(), kept->beam_spacing_mm()});
-    }
-  }
-
-  ExitanceOfChannels solve(const LightOfChannels& light, LiveAnswer& answer, Progress& progress) {
-    const Stopwatch watch;
-    if (!kept) {
-      ExitanceOfChannels exitance = solve_anew(light, answer, progress);
-      answer.model_ms += watch.milliseconds();
-      return exitance;
-    }
-    forward::LiveModel::Answer solved = kept->solve(light);
-    answer.model_ms += watch.milliseconds();
-    answer.iterations = std::max(answer.iterations, solved.iterations);
-    answer.residual = std::max(answer.residual, solved.residual);
-    answer.converged = answer.converged && solved.converged;
-    if (!measured) measured = kept->measured_error(light, solved.exitance);
-    answer.error_estimate = std::max(answer.error_estimate, *measured);
-    return std::move(solved.exitance);
-  }
-
-  ExitanceOfChannels solve_anew(const LightOfChannels& light, LiveAnswer& answer,
-                                Progress& progress) {
-    const ChannelProblems problems(object, light);
-    std::vector<forward::ObjectResult> results =
-        model->solve_channels(problems.all(), options, progress);
-    ExitanceOfChannels exitance;
-    for (std::size_t c = 0; c < 3; ++c) {
-      exitance[c] = std::move(results[c].exitance);
-      answer.error_estimate = std::max(answer.error_estimate, results[c].error_estimate[0]);
-      answer.iterations = std::max(answer.iterations, results[c].iterations);
-      answer.converged = answer.converged && results[c].converged;
-    }
-    return exitance;
-  }
-
-  forward::LiveBody object;
-  std::unique_ptr<forward::ObjectModel> model;
-  forward::ObjectOptions options;
-  std::unique_ptr<forward::LiveModel> kept;
-  std::vector<BeamPlace> places;   ///< of a model that says how far apart
-  std::optional<double> measured;  ///< error of the first answer
-};
+std::optional<double> LiveAnswer::error() const {
+  if (!error_estimate || !model_error) return error_estimate ? error_estimate : model_error;
+  return std::hypot(*error_estimate, *model_error);
+}
 
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
                      std::vector<std::string>& warnings)
-    : world_(scene, warnings), options_(options) {
-  start(options.model ? *options.model : live_models(world_).front(), options.parameters);
-  const std::optional<Environment> environment = make_environment(scene.lights);
-  Progress silent;
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    diffuse_.emplace_back();
-    if (!environment) continue;
-    IncidentLight light = incident_light(world_, i, {}, &*environment, options.seed, silent);
-    for (std::size_t c = 0; c < 3; ++c) {
-      diffuse_.back()[c] = std::move(light.channels[c].diffuse);
-    }
-  }
-}
+    : world_(scene, warnings),
+      options_(options),
+      tolerance_(options.tolerance.value_or(scene.model.tolerance)),
+      chosen_(options.model),
+      diffuse_(world_.objects().size()) {}
 
 LiveScene::~LiveScene() = default;
 
-void LiveScene::start(const std::string& model, const OptionValues& parameters) {
-  std::vector<std::unique_ptr<Solver>> solvers;
-  for (const WorldObject& object : world_.objects())
-    solvers.push_back(std::make_unique<Solver>(object, model, parameters, options_));
-  solvers_ = std::move(solvers);
-  model_ = model;
+std::vector<std::string> LiveScene::candidates() const {
+  if (chosen_) return {*chosen_};
+  std::vector<std::string> models = live_models(world_);
+  std::erase_if(models, [&](const std::string& model) { return refused_.contains(model); });
+  return models;
 }
 
-LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
-  for (const auto& [object, media] : question.media) world_.set_media(object, media);
-  LiveAnswer answer;
-  if (!question.model.empty() && question.model != model_) {
-    try {
-      start(question.model, {});
-    } catch (const InputError& refusal) {
-      answer.refused = refusal.what();
+const LiveScene::Solvers* LiveScene::solvers_of(const std::string& model, Progress& progress) {
+  if (const auto made = solvers_.find(model); made != solvers_.end()) return &made->second;
+  forward::ObjectOptions options;
+  options.device = options_.device;
+  options.seed = options_.seed;
+  options.tolerance = tolerance_;
+  Solvers solvers;
+  try {
+    for (const WorldObject& object : world_.objects()) {
+      solvers.push_back(std::make_unique<ObjectSolver>(
+          object, model, options_.model == model ? options_.parameters : OptionValues(), options,
+          progress));
     }
+  } catch (const InputError& refusal) {
+    refused_[model] = refusal.what();
+    return nullptr;
   }
-  answer.model = model_;
-  const Stopwatch watch;
-  const LightSources sources = make_light_sources(question.lights);
-  std::vector<LightOfChannels> incident;
+  return &(solvers_[model] = std::move(solvers));
+}
+
+bool LiveScene::keep(const Solvers& solvers) {
+  return std::all_of(solvers.begin(), solvers.end(),
+                     [](const auto& solver) { return solver->keeps(); });
+}
+
+/// Of the first model that keeps what it can from light to light; else of the first that answers.
+LiveScene::Step LiveScene::first_step(Progress& progress) {
+  std::optional<Step> anew;
+  const std::vector<std::string> models = candidates();
+  for (const std::string& model : models) {
+    const Solvers* solvers = solvers_of(model, progress);
+    if (solvers == nullptr) continue;
+    if (keep(*solvers)) return {model, 0};
+    if (!anew) anew = Step{model, 0};
+  }
+  if (!anew) throw InputError(refused_.at(models.front()));
+  return *anew;
+}
+
+LiveScene::Step LiveScene::moving_step(Progress& progress) {
+  const std::vector<std::string> models = candidates();
+  std::optional<Step> best;
+  const auto rank = [&](const Step& step) {
+    const Record& record = records_.at(step);
+    const double error =
+        std::hypot(record.error.value_or(1.0), model_error(step.first).value_or(1.0));
+    const bool keeps_up = record.milliseconds <= moving_ms;
+    return std::tuple(!keeps_up, keeps_up ? error : record.milliseconds);
+  };
+  for (const auto& [step, record] : records_) {
+    if (!solvers_.contains(step.first)) continue;
+    if (std::find(models.begin(), models.end(), step.first) == models.end()) continue;
+    if (!best || rank(step) < rank(*best)) best = step;
+  }
+  return best ? *best : first_step(progress);
+}
+
+/// A model of one kind of medium alone is made anew where the medium changes.
+void LiveScene::take_media(const LiveQuestion& question) {
+  bool changed = false;
+  for (const auto& [object, media] : question.media) {
+    changed = changed || world_.objects()[object].media.channels != media.channels;
+    world_.set_media(object, media);
+  }
+  if (!changed) return;
+  features_.clear();
+  std::erase_if(solvers_, [](const auto& one) {
+    return !forward::object_model(one.first).can.heterogeneous;
+  });
+}
+
+void LiveScene::light_environment(double rays, Progress& progress) {
+  const std::optional<EnvironmentLight> light = environment_of(lights_);
+  const bool as_before = same(light, environment_light_);
+  if (as_before && (environment_rays_ >= rays || !environment_)) return;
+  if (!as_before) {
+    environment_ = make_environment(lights_);
+    environment_light_ = light;
+    environment_rays_ = 0.0;
+  }
+  std::vector<std::array<std::vector<double>, 3>> diffuse(world_.objects().size());
+  for (std::size_t i = 0; environment_ && i < diffuse.size(); ++i) {
+    IncidentLight incident =
+        incident_light(world_, i, {}, &*environment_, options_.seed, progress, rays);
+    for (std::size_t c = 0; c < 3; ++c) diffuse[i][c] = std::move(incident.channels[c].diffuse);
+  }
+  diffuse_ = std::move(diffuse);
+  environment_rays_ = rays;
+}
+
+LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
+  const auto& [model, level] = step;
+  const Solvers& solvers = solvers_.at(model);
+  LiveAnswer answer;
+  answer.model = model;
+  answer.level = level;
+  const Stopwatch light_watch;
+  const LightSources sources = make_light_sources(lights_);
+  std::vector<forward::LightOfChannels> incident;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    const std::vector<BeamPlace>& places = solvers_[i]->places;
+    const std::vector<BeamPlace>& places = solvers[i]->places();
     incident.push_back(
-        places.empty()
+        places.empty() || level > 0
             ? incident_light(world_, i, sources, nullptr, options_.seed, progress).channels
             : beams_at(world_, i, sources, places));
     for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
   }
-  answer.light_ms = watch.milliseconds();
+  answer.light_ms = light_watch.milliseconds();
+  const Stopwatch model_watch;
+  std::optional<double> stated;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    ObjectExitance exitance;
-    exitance.diffuse = diffuse_[i];
-    exitance.exitance = solvers_[i]->solve(incident[i], answer, progress);
-    answer.exitance.push_back(std::move(exitance));
+    ObjectSolver::Answer solved = solvers[i]->solve(incident[i], level, progress);
+    if (solved.error) stated = std::max(stated.value_or(0.0), *solved.error);
+    answer.iterations = std::max(answer.iterations, solved.iterations);
+    answer.residual = std::max(answer.residual, solved.residual);
+    answer.converged = answer.converged && solved.converged;
+    answer.elements += solved.elements;
+    answer.exitance.push_back({std::move(solved.exitance), diffuse_[i]});
   }
+  answer.model_ms = model_watch.milliseconds();
+  incident_ = std::move(incident);
+  Record& record = records_[step];
+  const double milliseconds = answer.light_ms + answer.model_ms;
+  record.milliseconds =
+      record.milliseconds > 0.0 ? std::min(record.milliseconds, milliseconds) : milliseconds;
+  if (stated) record.error = stated;
+  answer.error_estimate = record.error;
+  answer.model_error = model_error(model);
   return answer;
+}
+
+LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
+  take_media(question);
+  lights_ = question.lights;
+  std::string refused;
+  if (!question.model.empty() && question.model != chosen_ &&
+      (!last_ || question.model != last_->model)) {
+    if (solvers_of(question.model, progress) != nullptr) {
+      chosen_ = question.model;
+    } else {
+      refused = refused_.at(question.model);
+      refused_.erase(question.model);
+    }
+  }
+  light_environment(preview_rays, progress);
+  const Step step = moving_step(progress);
+  // What is drawn out of the first answers is kept: solvers are made before.
+  if (solvers_of(step.first, progress) == nullptr) throw InputError(refused_.at(step.first));
+  last_ = solve(step, progress);
+  last_->refused = refused;
+  return *last_;
+}
+
+std::optional<double> LiveScene::model_error(const std::string& model) const {
+  std::optional<double> worst;
+  for (const auto& channels : features_) {
+    for (const forward::ObjectFeatures& features : channels) {
+      const auto error = forward::expected_error(forward::object_model(model), features);
+      if (error) worst = std::max(worst.value_or(0.0), *error);
+    }
+  }
+  return worst;
+}
+
+/// Another model that errs by less against transport where the last one errs by too much.
+std::optional<LiveScene::Step> LiveScene::better_model(Progress& progress) {
+  const std::optional<double> error = model_error(last_->model);
+  if (chosen_ || !error || *error <= tolerance_) return std::nullopt;
+  std::optional<Step> anew;
+  for (const std::string& model : candidates()) {
+    const std::optional<double> of_model = model_error(model);
+    if (!of_model || *of_model > worthwhile * *error) continue;
+    const Solvers* solvers = solvers_of(model, progress);
+    if (solvers == nullptr) continue;
+    if (keep(*solvers)) return Step{model, 0};
+    if (!anew) anew = Step{model, 1};
+  }
+  return anew;
+}
+
+std::optional<LiveScene::Step> LiveScene::next_step(Progress& progress) {
+  if (const auto other = better_model(progress)) return other;
+  const bool exact = last_->error_estimate && *last_->error_estimate <= tolerance_;
+  int levels = std::numeric_limits<int>::max();
+  for (const auto& solver : solvers_.at(last_->model)) levels = std::min(levels, solver->levels());
+  if (exact || last_->level + 1 >= levels) return std::nullopt;
+  return Step{last_->model, last_->level + 1};
+}
+
+/// Of the answer that was just given at a step, by the one before it where that is of the level
+/// before.
+void LiveScene::state_errors(const Step& step, LiveAnswer& answer) {
+  std::optional<double> worst;
+  const bool follows = last_ && last_->model == step.first && last_->level + 1 == step.second;
+  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+    const auto error = solvers_.at(step.first)[i]->measured_error(
+        incident_[i], step.second, answer.exitance[i].exitance,
+        follows ? last_->exitance[i].exitance : forward::ExitanceOfChannels());
+    if (error) worst = std::max(worst.value_or(0.0), *error);
+  }
+  if (!worst) return;
+  records_[step].error = answer.error_estimate = worst;
+  // The finer answer errs by what two levels differ by at least.
+  constexpr double of_level_before = 2.5;
+  if (follows) records_[{last_->model, last_->level}].error = of_level_before * *worst;
+}
+
+std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
+  if (!last_) return std::nullopt;
+  if (features_.empty()) {
+    const Solvers& solvers = solvers_.at(last_->model);
+    for (std::size_t i = 0; i < solvers.size(); ++i) {
+      features_.push_back(solvers[i]->features(incident_[i]));
+    }
+    last_->model_error = model_error(last_->model);
+    return last_;
+  }
+  const bool preview = environment_ && environment_rays_ < environment_rays;
+  if (preview) light_environment(environment_rays, progress);
+  const std::optional<Step> next = next_step(progress);
+  if (next) {
+    LiveAnswer answer = solve(*next, progress);
+    state_errors(*next, answer);
+    last_ = std::move(answer);
+    return last_;
+  }
+  const Step same_step{last_->model, last_->level};
+  if (preview) {
+    last_ = solve(same_step, progress);
+    return last_;
+  }
+  if (last_->error_estimate) return std::nullopt;
+  state_errors(same_step, *last_);
+  if (!last_->error_estimate) return std::nullopt;
+  return last_;
 }
 
 }  // namespace kappamu::render

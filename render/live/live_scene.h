@@ -1,24 +1,30 @@
 // A scene whose lights move and whose volumes are edited: what does not depend on them is prepared
-// once, and every question is answered by the objects' exitance.
+// once, and every question is answered by the objects' exitance, coarsely at first, then finer up
+// to the tolerance asked for.
 #pragma once
 
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/options/options.h"
 #include "core/progress.h"
+#include "forward/choice/object_features.h"
+#include "forward/live_model.h"
 #include "render/picture/shading.h"
 #include "render/scene/scene.h"
 #include "render/scene/world.h"
 
 namespace kappamu::render {
 
+class ObjectSolver;
+
 struct LiveOptions {
-  std::optional<std::string> model;  ///< in the registry; none: the first of live_models()
-  std::optional<double> tolerance;   ///< of models that refine; none: 0.1
+  std::optional<std::string> model;  ///< in the registry; none: by the error and the time of each
+  std::optional<double> tolerance;   ///< relative error of the exitance; none: the scene's
   std::string device = "auto";
   std::uint64_t seed = 1;
   OptionValues parameters{};  ///< the model's own
@@ -30,7 +36,7 @@ std::vector<std::string> live_models(const World& world);
 
 /// What light comes from where, and what the objects are made of.
 struct LiveQuestion {
-  std::vector<Light> lights;  ///< the scene's, those with a place or direction moved as one likes
+  std::vector<Light> lights;                 ///< the scene's, changed as one likes
   std::map<std::size_t, ObjectMedia> media;  ///< of objects whose volume is edited
   std::string model{};                       ///< that answers from now on; "": as before
 };
@@ -39,41 +45,86 @@ struct LiveQuestion {
 struct LiveAnswer {
   std::vector<ObjectExitance> exitance;  ///< one per object
   double light_ms = 0.0, model_ms = 0.0;
-  std::string model;    ///< that answered
-  std::string refused;  ///< why the model asked for did not; empty: it did
-  /// Worst relative error that the model estimates of its numerics. A model that keeps what it can
-  /// from light to light has it measured, for the first lights answered.
-  double error_estimate = 0.0;
+  std::string model;         ///< that answered
+  std::string refused;       ///< why the model asked for did not; empty: it did
+  int level = 0;             ///< forward/live_model.h
+  std::size_t elements = 0;  ///< cells or triangles, of all objects
+  /// Worst relative error of the numerics; none: not known yet. Measured for the first lights
+  /// that were answered at this level.
+  std::optional<double> error_estimate;
+  /// What the model errs by against transport by its law, forward/model_error.h; none: not known
+  /// yet, or not measured.
+  std::optional<double> model_error;
   int iterations = 0;     ///< of the linear solver; 0 where there is none
   double residual = 0.0;  ///< that it left, relative; 0 where a model does not state it
   bool converged = true;
+
+  /// Of numerics and model together, as far as they are known.
+  std::optional<double> error() const;
 };
 
 class LiveScene {
  public:
-  /// Reads what the scene names and prepares its models. Throws InputError as World does, and
-  /// for a model that does not answer for these objects.
+  /// Reads what the scene names; models are prepared where they first answer. Throws InputError as
+  /// World does.
   LiveScene(const Scene& scene, const LiveOptions& options, std::vector<std::string>& warnings);
   ~LiveScene();
 
   const World& world() const { return world_; }
-  const std::string& model() const { return model_; }  ///< not while answer() is at work
+  double tolerance() const { return tolerance_; }
 
-  /// The scene's environment stays as it is. A light inside an object lights nothing. Media stay
-  /// until others are asked for.
+  /// As exactly as keeps up with lights that move: by the model and level of the least error that
+  /// answer within a tenth of a second, or the fastest. Media stay until others are asked for.
+  /// Throws InputError for the first model where it does not answer for these objects. A light
+  /// inside an object lights nothing.
   LiveAnswer answer(const LiveQuestion& question, Progress& progress);
+  /// A better answer to the last question, or the same one with more known of its error; none: it
+  /// is within the tolerance, or nothing comes nearer.
+  std::optional<LiveAnswer> refined(Progress& progress);
 
  private:
-  struct Solver;
+  /// A model at one of its levels.
+  using Step = std::pair<std::string, int>;
+  /// What is known of a step.
+  struct Record {
+    double milliseconds = 0.0;    ///< of an answer, the shortest
+    std::optional<double> error;  ///< of the numerics
+  };
+  using Solvers = std::vector<std::unique_ptr<ObjectSolver>>;
 
-  void start(const std::string& model, const OptionValues& parameters);
+  std::vector<std::string> candidates() const;
+  /// None where the model refuses the objects; `refused_` has the reason.
+  const Solvers* solvers_of(const std::string& model, Progress& progress);
+  static bool keep(const Solvers& solvers);
+  Step first_step(Progress& progress);
+  Step moving_step(Progress& progress);
+  std::optional<Step> next_step(Progress& progress);
+  std::optional<Step> better_model(Progress& progress);
+
+  void take_media(const LiveQuestion& question);
+  void light_environment(double rays, Progress& progress);
+  LiveAnswer solve(const Step& step, Progress& progress);
+  void state_errors(const Step& step, LiveAnswer& answer);
+  std::optional<double> model_error(const std::string& model) const;
 
   World world_;
-  std::string model_;
   LiveOptions options_;
+  double tolerance_ = 0.0;
+  std::optional<std::string> chosen_;  ///< model that a person wants
+  std::map<std::string, Solvers> solvers_;
+  std::map<std::string, std::string> refused_;  ///< models, and why
+  std::map<Step, Record> records_;
+
+  std::vector<Light> lights_;
+  std::optional<EnvironmentLight> environment_light_;
+  std::optional<Environment> environment_;
+  double environment_rays_ = 0.0;  ///< that `diffuse_` was found by
   /// Irradiance of the environment on each object's triangles, R, G, B; empty: none.
   std::vector<std::array<std::vector<double>, 3>> diffuse_;
-  std::vector<std::unique_ptr<Solver>> solvers_;
+
+  std::vector<forward::LightOfChannels> incident_;  ///< of the last answer
+  std::vector<std::vector<forward::ObjectFeatures>> features_;
+  std::optional<LiveAnswer> last_;
 };
 
 }  // namespace kappamu::render

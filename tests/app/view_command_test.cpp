@@ -83,7 +83,9 @@ TEST_F(ViewCommand, ShowsWhatRenderShowsAndFollowsTheLight) {
   }
   ASSERT_EQ(result.exit_code, 0) << result.standard_error;
   const json summary = json::parse(last_line(result.standard_output));
-  EXPECT_EQ(summary["answers"], 3);
+  EXPECT_GE(summary["answers"].get<int>(), 3);  // of moved lights, and better ones of each
+  EXPECT_GT(summary["first_picture_s"].get<double>(), 0.0);
+  EXPECT_GE(summary["first_light_s"].get<double>(), summary["first_picture_s"].get<double>());
   EXPECT_EQ(summary["screenshots"].size(), 4);
   EXPECT_LT(summary["error_estimate"].get<double>(), 0.02);
 
@@ -97,8 +99,10 @@ TEST_F(ViewCommand, ShowsWhatRenderShowsAndFollowsTheLight) {
     EXPECT_LT(back[c], 0.7 * front[c]) << c;
     EXPECT_GT(side[c], 1.1 * back[c]) << c;
   }
-  EXPECT_EQ(io::read_code_image(folder() / "again.png").values(),
-            io::read_code_image(folder() / "front.png").values());
+  // The equations are solved from another start, to a thousandth.
+  const auto again = io::read_code_image(folder() / "again.png").values();
+  const auto before = io::read_code_image(folder() / "front.png").values();
+  for (std::size_t i = 0; i < again.size(); ++i) ASSERT_NEAR(again[i], before[i], 2) << i;
 }
 
 /// A block of measured material, edited by strokes and by a region, taken back, done again and
