@@ -8,7 +8,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <numbers>
 #include <utility>
 
@@ -39,7 +38,8 @@ double median(std::vector<double> values) {
 
 /// How long the window waits for a person or an answer before it looks whether Ctrl-C was pressed,
 /// and while work goes on, whose progress it shows [s].
-constexpr double longest_wait_s = 0.5, label_period_s = 0.1, playing_wait_s = 0.01;
+constexpr double longest_wait_s = 0.5, label_period_s = 0.1, playing_wait_s = 0.01,
+                 longest_script_wait_s = 0.001;
 /// Of a light that turns round by itself [degrees a second].
 constexpr double turning_speed = 30.0;
 /// A picture narrower than this has the panel over it, and no line of state [px].
@@ -118,7 +118,8 @@ class Viewer {
                                                    : working()    ? label_period_s
                                                                   : longest_wait_s);
       if (state_.playing && !answers_.waiting()) turn_on();
-      if (take_answer()) window_.draw_again();
+      const bool worked = std::exchange(worked_, working());
+      if (take_answer() || worked != worked_) window_.draw_again();
       if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
     }
     times_.light_ms = median(light_ms_);
@@ -151,6 +152,7 @@ class Viewer {
     if (options_.script && !answer_->refused.empty()) {
       throw InputError(options_.script->string() + ": model: " + answer_->refused);
     }
+    if (!answer_->refused.empty()) chosen_.clear();
     state_.model = answer_->model;
     if (times_.first_light_s == 0.0) times_.first_light_s = options_.started.seconds();
     canvas_.set_light(corners_.light(*answer_));
@@ -342,7 +344,7 @@ class Viewer {
   void play() {
     if (answers_.waiting() || (player_.takes_picture() && answers_.refining())) {
       if (take_answer()) draw_frame();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      window_.wait_for_events(longest_script_wait_s);
       return;
     }
     done_ = player_.finished();
@@ -371,6 +373,7 @@ class Viewer {
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
+  bool worked_ = false;    ///< at the last look
   bool stroking_ = false;  ///< the pressed button leads the brush
   bool closing_ = false;   ///< it is asked what becomes of unsaved edits
   Window window_;

@@ -232,9 +232,16 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
     }
   }
   light_environment(preview_rays, progress);
-  const Step step = moving_step(progress);
-  // What is drawn out of the first answers is kept: solvers are made before.
-  if (solvers_of(step.first, progress) == nullptr) throw InputError(refused_.at(step.first));
+  Step step;
+  try {
+    step = moving_step(progress);
+  } catch (const InputError& refusal) {
+    // The model that a person chose may not answer for a changed medium.
+    if (!last_ || !chosen_) throw;
+    refused = refusal.what();
+    chosen_.reset();
+    step = moving_step(progress);
+  }
   last_ = solve(step, progress);
   last_->refused = refused;
   return *last_;

@@ -172,6 +172,7 @@ TEST(LiveScene, AnswersAfterItWasInterrupted) {
   Progress progress;
   EXPECT_THROW(live.answer({scene.lights, {}}, impatient), Cancelled);
   const LiveAnswer answer = live.answer({scene.lights, {}}, progress);
+  EXPECT_TRUE(live.refined(progress));
   EXPECT_THROW(live.refined(impatient), Cancelled);
   const LiveAnswer expected = undisturbed.answer({scene.lights, {}}, progress);
   EXPECT_EQ(answer.elements, expected.elements);
