@@ -54,6 +54,10 @@ void print_json(const nlohmann::ordered_json& object);
 /// Adds --json, --device and --seed.
 void add_globals(CLI::App& app, Globals& globals);
 
+/// Check of an option's text: what is wrong with it, empty for a positive, finite number. CLI11's
+/// own takes not-a-number for one.
+std::string positive_number(const std::string& text);
+
 /// Adds the required option -o of a file or folder to write.
 void add_out(CLI::App& command, std::string& out, const std::string& text,
              const std::string& type = "OUT");

@@ -1,6 +1,7 @@
 #include "app/command_list.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <vector>
 
 namespace kappamu::app {
@@ -13,6 +14,12 @@ struct Group {
 };
 
 }  // namespace
+
+std::string positive_number(const std::string& text) {
+  double value = 0.0;
+  if (CLI::detail::lexical_cast(text, value) && value > 0.0 && std::isfinite(value)) return {};
+  return "'" + text + "' is no positive number";
+}
 
 void add_out(CLI::App& command, std::string& out, const std::string& text,
              const std::string& type) {

@@ -8,6 +8,7 @@
 #include "calib/linear_frame.h"
 #include "calib/projector/view_checks.h"
 #include "calib/sample/face.h"
+#include "calib/sample/surroundings.h"
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/chart_search.h"
 #include "capture/radiance/merge.h"
@@ -143,26 +144,37 @@ std::array<std::array<double, 2>, 4> chart_corners(const capture::Session& sessi
   return place->corners_px;
 }
 
-void calibrate_light(const capture::Session& session, const capture::MergeOptions& merge,
-                     Stages& stages, CalibrationResult& result) {
+void calibrate_light(const capture::Session& session, capture::MergeOptions merge, Stages& stages,
+                     CalibrationResult& result) {
   std::vector<std::string> notes;
   const capture::Calibration& shots = session.calibration;
   const std::string json = (session.folder / "session.json").string();
   std::optional<capture::HdrImage> white;
   const double reflectance = shots.white_target ? shots.white_target->reflectance : 1.0;
+  const std::string chart_name = json + ": calibration.colour_chart";
+  Surrounding seen;  // of targets, what shows the sample's place and the chart
+  add_block(result.camera.lens, result.calibration_pose.camera_from_sample, session.sample.shape(),
+            seen);
+  std::optional<ChartPatches> patches;
+  if (shots.colour_chart) {
+    std::array<Eigen::Vector2d, 4> corners;
+    const auto corners_px = chart_corners(session, *shots.colour_chart, chart_name);
+    for (std::size_t k = 0; k < 4; ++k) {
+      corners[k] = {corners_px[k][0], corners_px[k][1]};
+      seen.add(corners_px[k][0], corners_px[k][1]);
+    }
+    patches = chart_from_corners(corners);
+  }
+  merge.part = with_surroundings(seen, result.camera.lens);
   if (shots.white_target) white = calibrate_white(session, merge, stages, result, notes);
   if (shots.colour_chart) {
-    const std::string name = json + ": calibration.colour_chart";
     const capture::HdrImage chart = capture::merge_stack(
         session, shots.colour_chart->frames, "colour chart", result.radiometry, merge, &notes);
-    std::array<Eigen::Vector2d, 4> corners;
-    const auto corners_px = chart_corners(session, *shots.colour_chart, name);
-    for (std::size_t k = 0; k < 4; ++k) corners[k] = {corners_px[k][0], corners_px[k][1]};
-    result.chart = measure_chart(chart, chart_from_corners(corners), white ? &*white : nullptr,
-                                 reflectance, result.white.scale);
+    result.chart =
+        measure_chart(chart, *patches, white ? &*white : nullptr, reflectance, result.white.scale);
     if (!white) {
       if (result.chart->scale.empty()) {
-        throw InputError(name + ": no neutral patch can be used; add shorter exposures");
+        throw InputError(chart_name + ": no neutral patch can be used; add shorter exposures");
       }
       result.scale = result.chart->scale;
       stages.warn(

@@ -5,6 +5,7 @@
 
 #include "calib/light/irradiance.h"
 #include "calib/sample/footprint.h"
+#include "calib/sample/surroundings.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
 #include "core/optics.h"
@@ -72,6 +73,23 @@ std::vector<std::uint8_t> lit_voxels(const float* irradiance, const FaceShape& s
   return lit;
 }
 
+/// Where the footprints' pixels lie in a picture that may be a part of the camera's; throws
+/// InternalError where one lies beyond it.
+std::vector<std::size_t> pixels_in(const Region& part, const Footprints& footprints,
+                                   int camera_width) {
+  std::vector<std::size_t> places(footprints.pixel.size());
+  bool inside = true;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const int x = static_cast<int>(footprints.pixel[k] % static_cast<unsigned>(camera_width));
+    const int y = static_cast<int>(footprints.pixel[k] / static_cast<unsigned>(camera_width));
+    inside = inside && x >= part.left && x < part.right() && y >= part.top && y < part.bottom();
+    places[k] = static_cast<std::size_t>(y - part.top) * static_cast<std::size_t>(part.width) +
+                static_cast<std::size_t>(x - part.left);
+  }
+  check(inside, "the HDR pictures show all of the measured face");
+  return places;
+}
+
 /// One channel of one picture into value, variance and mask [v][u].
 struct Target {
   float* value;
@@ -79,8 +97,8 @@ struct Target {
   std::uint8_t* mask;
 };
 void average(const capture::HdrImage& picture, int channel, const Footprints& footprints,
-             const std::vector<double>& exitance_per_signal, const MeasureOptions& options,
-             const Target& target) {
+             const std::vector<std::size_t>& pixels, const std::vector<double>& exitance_per_signal,
+             const MeasureOptions& options, const Target& target) {
   constexpr std::uint8_t unusable = capture::pixel_saturated | capture::pixel_missing;
   const auto channels = static_cast<std::size_t>(picture.radiance.channels());
   const FaceShape& shape = footprints.shape;
@@ -89,7 +107,7 @@ void average(const capture::HdrImage& picture, int channel, const Footprints& fo
     double variance = 0.0;
     bool good = footprints.visible[voxel] != 0;
     for (std::size_t k = footprints.begin[voxel]; k < footprints.begin[voxel + 1]; ++k) {
-      const std::size_t at = footprints.pixel[k] * channels + static_cast<std::size_t>(channel);
+      const std::size_t at = pixels[k] * channels + static_cast<std::size_t>(channel);
       const double weight = footprints.weight[k];
       good = good && (picture.flags.values()[at] & unusable) == 0;
       sum += weight * picture.radiance.values()[at];
@@ -109,6 +127,13 @@ void average(const capture::HdrImage& picture, int channel, const Footprints& fo
 }
 
 }  // namespace
+
+Region measured_part(const capture::Session& session, const CalibrationResult& calibration) {
+  Surrounding surrounding;
+  add_block(calibration.camera.lens, calibration.pattern_pose.camera_from_sample,
+            session.sample.shape(), surrounding);
+  return with_surroundings(surrounding, calibration.camera.lens);
+}
 
 SurfaceMeasurements measure_surface(const capture::Session& session,
                                     const CalibrationResult& calibration, capture::PatternRole role,
@@ -169,6 +194,8 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   const bool front_lit = sample.lit_face == sample.seen_face;
   const LightTable light = light_table(calibration.projector_curve);
   ValueCheck values;
+  Region part;
+  std::vector<std::size_t> pixels;  // of the footprints in that part
   for (std::size_t m = 0; m < count; ++m) {
     progress.update("measure " + role_name, static_cast<double>(m) / static_cast<double>(count),
                     patterns[m]->id);
@@ -177,16 +204,18 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     if (!calibration.projector_curve) values.look_at(*patterns[m], image, lit, irradiance);
     result.irradiance.insert(result.irradiance.end(), irradiance.begin(), irradiance.end());
     const capture::HdrImage picture = hdr(patterns[m]->id);
-    check(picture.radiance.width() == session.camera.width &&
-              picture.radiance.height() == session.camera.height &&
-              picture.radiance.channels() == static_cast<int>(channels),
-          "the HDR picture of pattern " + patterns[m]->id + " has the camera's size and channels");
+    check(picture.radiance.channels() == static_cast<int>(channels),
+          "the HDR picture of pattern " + patterns[m]->id + " has the session's channels");
+    if (picture.place() != part) {
+      part = picture.place();
+      pixels = pixels_in(part, footprints, session.camera.width);
+    }
     const std::vector<std::uint8_t> lit_here =
         front_lit ? lit_voxels(irradiance.data(), footprints.shape, options.lit_threshold)
                   : std::vector<std::uint8_t>(seen_cells, 0);
     for (std::size_t c = 0; c < channels; ++c) {
       const std::size_t at = (c * count + m) * seen_cells;
-      average(picture, static_cast<int>(c), footprints, exitance_per_signal[c], options,
+      average(picture, static_cast<int>(c), footprints, pixels, exitance_per_signal[c], options,
               {&result.value[at], &result.variance[at], &result.mask[at]});
       for (std::size_t voxel = 0; voxel < seen_cells; ++voxel) {
         if (lit_here[voxel] != 0) result.mask[at + voxel] = 0;

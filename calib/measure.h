@@ -7,6 +7,7 @@
 #include "calib/calibrate.h"
 #include "capture/radiance/hdr.h"
 #include "capture/session/session.h"
+#include "core/numbers/region.h"
 #include "core/progress.h"
 #include "core/surface_measurements.h"
 
@@ -27,6 +28,9 @@ struct MeasureOptions {
   /// left out, because the camera sees light reflected off their surface.
   double lit_threshold = 0.01;
 };
+
+/// The part of the pictures that measure_surface() needs: the sample's surroundings.
+Region measured_part(const capture::Session& session, const CalibrationResult& calibration);
 
 /// Measurements of the session's patterns of one role, in the session's order: exitance of the seen
 /// face and irradiance of the lit face. Values in units of the rig's white irradiance:

@@ -80,6 +80,8 @@ endfunction()
 function(kappamu_library name)
   cmake_parse_arguments(ARG "" "" "DEPS;PRIVATE_DEPS;PRECOMPILE" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  # Needs MPI and PETSc: a library of its own (forward/distributed/CMakeLists.txt).
+  list(FILTER sources EXCLUDE REGEX "^${CMAKE_CURRENT_SOURCE_DIR}/distributed/")
   if(NOT sources)
     add_library(kappamu_${name} INTERFACE)
     target_link_libraries(kappamu_${name} INTERFACE kappamu_headers ${ARG_DEPS})

@@ -48,6 +48,14 @@ void validate_one(const Volume<double>& volume, const char* name, bool zero_allo
 }  // namespace
 
 void validate(const Medium& medium, const std::string& source) {
+  // Beyond these, areas and volumes of voxels leave the range of floats.
+  constexpr double least_mm = 1e-6, most_mm = 1e6;
+  const double edge = medium.kappa.shape().voxel_mm;
+  if (!(edge >= least_mm && edge <= most_mm)) {
+    throw InputError(source +
+                     formatted(": the voxels' edge is %g mm; it must lie between %g and %g", edge,
+                               least_mm, most_mm));
+  }
   validate_one(medium.kappa, "kappa", false, "every kappa must be finite and positive [mm]",
                source);
   validate_one(medium.mu, "mu", true, "every mu must be finite and not negative [1/mm]", source);

@@ -1,6 +1,7 @@
 #include "data_synthetic/score.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "calib/calibration_file.h"
@@ -91,28 +92,39 @@ void score_hdr(const std::filesystem::path& run, const Truth& truth,
     const std::filesystem::path found_file = run / "hdr" / file.filename();
     if (!std::filesystem::exists(found_file)) continue;
     const Image<float> expected = io::read_float_image(file);
-    const io::ExrImage found = io::read_exr(found_file, [&](const io::ImageSize& size) {
+    std::vector<double> errors;
+    const auto open = [&](const io::ExrHeader& header) -> io::TakeExrRows {
+      const auto channel = [&](const std::string& name) {
+        const auto at = std::find(header.channels.begin(), header.channels.end(), name);
+        if (at != header.channels.end()) {
+          return static_cast<std::size_t>(at - header.channels.begin());
+        }
+        throw InputError(found_file.string() + ": channel " + truth.channels.front() +
+                         " or its flags are missing; make the file again with `kappamu merge`");
+      };
+      std::vector<std::array<std::size_t, 2>> places;  // of value and flags
+      for (const std::string& name : truth.channels) {
+        places.push_back({channel(name), channel("flags." + name)});
+      }
+      return [&, places, data = header.data, stored = header.channels.size()](int first, int rows,
+                                                                              const float* values) {
+        for (int k = 0; k < rows * data.width; ++k, values += stored) {
+          const int x = data.left + k % data.width, y = data.top + first + k / data.width;
+          for (std::size_t c = 0; c < places.size(); ++c) {
+            const double true_value = expected(x, y, static_cast<int>(c));
+            if (true_value <= 0.0) continue;  // beside the sample
+            ++on_sample;
+            if (values[places[c][1]] != 0.0F) continue;
+            errors.push_back(std::abs(values[places[c][0]] / true_value - 1.0));
+          }
+        }
+      };
+    };
+    io::read_exr_rows(found_file, open, [&](const io::ImageSize& size) {
       if (size.width == expected.width() && size.height == expected.height()) return;
       throw InputError(found_file.string() + ": is not of the size of " + file.string() +
                        "; is this the run of that simulation?");
     });
-    std::vector<double> errors;
-    for (std::size_t c = 0; c < truth.channels.size(); ++c) {
-      const auto value = found.channels.find(truth.channels[c]);
-      const auto flags = found.channels.find("flags." + truth.channels[c]);
-      if (value == found.channels.end() || flags == found.channels.end()) {
-        throw InputError(found_file.string() + ": channel " + truth.channels[c] +
-                         " or its flags are missing; make the file again with `kappamu merge`");
-      }
-      for (std::size_t i = 0; i < value->second.size(); ++i) {
-        const double true_value = expected.values()[i * truth.channels.size() + c];
-        if (true_value <= 0.0) continue;  // beside the sample
-        ++on_sample;
-        if (flags->second[i] == 0.0F) {
-          errors.push_back(std::abs(value->second[i] / true_value - 1.0));
-        }
-      }
-    }
     all.insert(all.end(), errors.begin(), errors.end());
     if (!errors.empty()) {
       score.hdr_relative_error_by_pattern[file.stem().string()] = upper_median(std::move(errors));

@@ -14,7 +14,8 @@ using LightOfChannels = std::array<ObjectLight, 3>;             ///< R, G, B
 using ExitanceOfChannels = std::array<std::vector<double>, 3>;  ///< per triangle
 using MediaOfChannels = std::array<std::shared_ptr<const ObjectMedium>, 3>;
 
-/// An object in its three media, which may change between answers; its mesh may not.
+/// An object in its three media, which may change between answers, as may the places of its
+/// vertices: LiveModel::follow().
 struct LiveBody {
   const TriangleMesh& mesh;
   const Surface& surface;  ///< surface_of(mesh)
@@ -67,6 +68,13 @@ class LiveModel {
   virtual std::optional<double> measured_error(const LightOfChannels& light, int level,
                                                const ExitanceOfChannels& fine,
                                                const ExitanceOfChannels& coarse) const = 0;
+
+  /// The body's mesh, surface and rays are of another shape of the same triangles. Catching up
+  /// takes some `most_ms` at most, as far as the model can bound it; finer levels are made anew.
+  /// False: the model cannot follow and has to be made anew.
+  virtual bool follow(double /*most_ms*/) { return false; }
+  /// Whether answers are of the shape as it is, and not of one that is still to be caught up with.
+  virtual bool caught_up() const { return true; }
 };
 
 }  // namespace kappamu::forward

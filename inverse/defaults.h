@@ -10,53 +10,57 @@ namespace kappamu::inverse::defaults {
 
 // --- The path of a fit (fit/path_rules.h, fit/minimise.h, fit/start.h, fit/conclusion.h) ---
 
-/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
-/// path are made for (docs/theory.md, 4).
+/// χ² per value of a homogeneous start, and of the volume of a coarser grid, up to which the usual
+/// weights hold (studies/notes/weight-rules-and-gains.md; worth: studies/notes/fit-ablation.md).
 inline constexpr double usual_homogeneous_chi2 = 100.0;
 inline constexpr double usual_structured_chi2 = 200.0;
-/// Times χ² as it was minimised that r, renewed, may make of it below the noise level
-/// (docs/theory.md, 4).
-inline constexpr double most_taken_back = 1.3;
-/// PhotonOptions::noise before the last weight, where r and the volume still move more: a quarter
-/// of the photons.
+/// Ratio of χ² with r renewed to χ² as minimised, beyond which a weight is minimised once more
+/// below the noise level. On unseen blocks the second minimisation lowers E by 5 %, at 0.3 % noise
+/// by 12 % (studies/notes/fit-ablation.md).
+inline constexpr double most_reverted = 1.3;
+/// PhotonOptions::noise before the last weight: a quarter of the photons, since r and the volume
+/// still move by more (studies/notes/fit-choices.md, "A volume by transport").
 inline constexpr double photon_noise_midway = 2.0;
-/// Decreases in a row too small to go on: a single short step is often followed by a long one.
+/// Small decreases in a row that end a minimisation: a long step often follows a single short one.
+/// One in place of two costs 3 % of E (studies/notes/fit-ablation.md).
 inline constexpr int few_decreases = 2;
-/// Of Σ w d²: what a step must explain of data whose pixels share errors, half a square of the 1e-4
-/// that these are of the light where they are least (studies/notes/fit-path.md, "Steps that
-/// photographs cannot tell").
+/// Share of Σ w d² that a step must explain if pixels share errors: half the square of 1e-4, the
+/// least of such errors. Chosen on the paper's samples (studies/notes/fit-path.md, "Steps smaller
+/// than the errors of photographs"); on unseen blocks it changes nothing (fit-ablation.md).
 inline constexpr double least_of_light = 5e-9;
-/// Times target_chi2: r of a volume that was further from its data is not that of one which
-/// explains them (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
+/// χ² over target_chi2 at the start of a minimisation, beyond which r is renewed once the noise is
+/// reached. Chosen on the paper's samples (studies/notes/fit-path.md, "Closer before the finest
+/// grid, and r on the way"); on unseen blocks it changes nothing (fit-ablation.md).
 inline constexpr double far_from_noise = 6.0;
-/// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ
-/// (docs/theory.md, 4, "Coordinate of μ").
+/// μ₀ of the optimiser's coordinate (absorption_scale.h) over μ of the homogeneous block
+/// (studies/notes/fit-path.md, "μ in place of its logarithm"). Work rises by 6 % without that
+/// coordinate (studies/notes/fit-ablation.md).
 inline constexpr double little_absorption = 0.2;
-/// BasisOptions::uncoupled. A wave by itself leaves combinations of depths unseen that it moves
-/// together with other waves, where a block varies (studies/notes/fit-path.md).
-inline constexpr double uncoupled_share = 0.5;
-/// A start that r, renewed, moves by less [log units], or by less than this share of what structure
-/// leaves uncertain, is transport's; renewals of r.
+/// BasisOptions::off_diagonal_damping: in a heterogeneous block lateral frequencies couple, and one
+/// alone does not determine every combination of depths (studies/notes/fit-path.md, "Softer where
+/// the metric is stiff"). E rises by 5 % without it (studies/notes/fit-ablation.md).
+inline constexpr double off_diagonal_damping = 0.5;
+/// The homogeneous start by transport has converged if renewing r moves it by less than this [log
+/// units], or by less than this share of its uncertainty; most renewals.
 inline constexpr double start_tolerance = 0.02;
 inline constexpr double start_certain = 0.25;
 inline constexpr int most_starts = 8;
 /// χ² per value above which stopping there is worth a warning (docs/theory.md, 4).
 inline constexpr double suspicious_chi2 = 1.5;
-/// Of a block thinner than this [transport mean free paths] what passes has hardly scattered.
+/// Thickness [transport mean free paths] below which most of the light passes unscattered.
 inline constexpr double thinnest = 1.5;
 
-namespace valley {  // uncertainty/valley.h
-/// Deviations along the valley over the spread of log κ within the layer where most is found (light
-/// that turns back leaves deep ones even), and over that of the layers' means, which steady light
-/// determines least. These, how much further log μ goes and how much more is missed of the truth
-/// than of the fit were measured on the population's seeds 41 to 55 and the paper's samples
-/// (docs/theory.md, 5).
+namespace shared_deviation {  // uncertainty/shared_deviation.h
+/// Deviation of log κ over the spread of log κ within the layer of most contrast, and over the
+/// spread of the layers' means; deviation of log μ over that of log κ; change by unresolved
+/// structure of the truth over that of the fit. Measured on seeds 41 to 55 of the population and on
+/// the paper's samples (docs/theory.md, 5).
 inline constexpr double share_within_layer = 0.5;
 inline constexpr double share_of_means = 2.0;
 inline constexpr double mu_over_kappa = 3.5;
-inline constexpr double missed_kappa_of_truth = 3.0;
-inline constexpr double missed_mu_of_truth = 2.0;
-}  // namespace valley
+inline constexpr double unresolved_kappa_of_truth = 3.0;
+inline constexpr double unresolved_mu_of_truth = 2.0;
+}  // namespace shared_deviation
 
 namespace local_information {  // uncertainty/local_information.h
 /// Deviation of the Gaussian mean over voxels of a layer [voxels]: few probes make the sensitivity.
@@ -68,9 +72,10 @@ namespace point_spread {  // uncertainty/point_spread.h
 inline constexpr double half_found = 0.5;
 }  // namespace point_spread
 
-namespace summary {                                 // uncertainty/uncertainty_summary.cpp
-inline constexpr double undetermined_factor = 2.0;  // a coefficient known no better says little
-inline constexpr double decided_by_data = 0.5;  // resolution below which the smoothing has the say
+namespace summary {  // uncertainty/uncertainty_summary.cpp
+inline constexpr double undetermined_factor =
+    2.0;  // beyond it a coefficient is reported as undetermined
+inline constexpr double decided_by_data = 0.5;  // resolution below which the smoothing dominates
 inline constexpr double trading = 0.5;          // correlation from which κ and μ trade
 }  // namespace summary
 
@@ -82,9 +87,9 @@ inline constexpr int probes = 4;
 namespace physics_choice {  // data_checks/physics_choice.h
 /// Followed by photons: the check costs some seconds (docs/theory.md, 4).
 inline constexpr int pilot_patterns = 4;
-/// Of a pixel: log (r M) is then 1 % too low on average.
+/// Relative noise of a pixel: log (r M) is then 1 % too low on average.
 inline constexpr double pilot_noise = 0.15;
-/// What volumes by transport are themselves right to (docs/limits.md).
+/// Errors of volumes by transport themselves (docs/limits.md).
 inline constexpr double tolerated_kappa = 0.05;
 inline constexpr double tolerated_mu = 0.15;
 /// An error of so much of a deviation adds little to it.
@@ -104,10 +109,16 @@ inline constexpr double calibration_spread = 0.01;
 inline constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
 /// The same of what volumes find: what grid, prior and calibration leave.
 inline constexpr double volume_shift_spread = 0.04;
-/// VolumeErrors::paid_for_scale beyond which values are too high. Right data pay as much in one of
-/// 200 blocks, those of a factor of 1.2 in most (studies/notes/fit-choices.md).
-inline constexpr double most_paid = 0.15;
-/// Coarser voxels tell the same for an eighth of the solves, if there are enough.
+/// VolumeErrors::scale_gain beyond which values are reported as too high. Right data exceed it in
+/// one of 200 blocks, data 1.2 times too high in most (studies/notes/fit-choices.md).
+inline constexpr double most_scale_gain = 0.15;
+/// Steps of conjugate gradients for the volume's check; those after which a scale is given up, and
+/// the gain below which it is. Of 92 blocks that end above 0.15 all but one exceed 0.05 after 16
+/// steps (studies/notes/fit-choices.md).
+inline constexpr int most_steps = 48;
+inline constexpr int early_steps = 16;
+inline constexpr double least_early_gain = 0.03;
+/// Voxels of twice the edge give the same result for an eighth of the work, if there are enough.
 inline constexpr int enough_voxels = 8;
 /// Below, the block is even enough across the light to ask for its refractive index; the indices
 /// that are tried, and what counts as the same.
@@ -121,13 +132,14 @@ inline constexpr double step_tolerance = 2e-3;
 /// χ² per value from which a second correction of the grid changes nothing that matters.
 inline constexpr double far_from_data = 4.0;
 inline constexpr double tolerated_misfit = 0.05;
-/// Where it starts, and what no fit goes below.
+/// Heterogeneity at the start, and its least value.
 inline constexpr double usual_heterogeneity = 0.3;
 inline constexpr double least_heterogeneity = 1e-3;
-/// Spread of log scale and, over the face's extent, of the shift: for light that tells neither.
+/// Prior deviation of log scale and, over the face's extent, of the shift: for light that
+/// determines neither.
 inline constexpr double scale_spread = 1.0;
 inline constexpr double free_shift_spread = 0.25;
-/// Beyond, the scale or the shift is no slip of a rig but a fit gone astray.
+/// Beyond, the fit has diverged.
 inline constexpr double largest_log_scale = 2.5;
 inline constexpr double largest_shift = 0.25;  ///< of the face's extent
 }  // namespace scale_and_shift
@@ -139,6 +151,25 @@ inline constexpr double heterogeneity = 0.3;
 /// Largest last step [log units] of what leads to the end, and there.
 inline constexpr double interim_tolerance = 2e-2;
 inline constexpr double step_tolerance = 1e-3;
+/// Longest step [log units] (studies/notes/fit-choices.md, "One Levenberg-Marquardt").
+inline constexpr double longest_step = 1.5;
+/// Significance of a datum: one in a thousand dark pixels exceeds it.
+inline constexpr double above_noise_deviations = 3.0;
+/// Difference of log κ and log μ for the Jacobian: a solve on a grid is right to 1e-4.
+inline constexpr double difference = 0.03;
+/// Pixels of all patterns that the search reads, its least number along an edge, and the fewest
+/// data above noise before more are read. They bound the search's time to a second.
+inline constexpr double enough_pixels = 8000.0;
+inline constexpr int least_side = 6;
+inline constexpr std::size_t least_used = 200;
+/// Table of starts: κ over the thickness and 3κμ, from juice to marble (Jensen et al. 2001) at any
+/// size of block; descents from its lowest places.
+inline constexpr int rows = 16, columns = 11;
+inline constexpr std::size_t most_descents = 6;
+inline constexpr double first_kappa = 1e-3, last_kappa = 3.0;
+inline constexpr double first_share = 1e-5, last_share = 0.6;
+/// Descents of every place, each with the prior's weight that the last left.
+inline constexpr int prior_rounds = 4;
 }  // namespace homogeneous
 
 namespace systematic_error {  // block_model/systematic_error.h
@@ -167,6 +198,18 @@ inline constexpr double most_kept = 3.0;
 }  // namespace layers
 
 namespace model_choice {  // block_model/model_choice.h
+/// Share of the stated variance that a misfit may have: 0.22 standard deviations, E = 5e-6 at 1 %
+/// noise (docs/theory.md, 4). Rise of χ² per value that fewer layers may cost.
+inline constexpr double tolerated = 0.05;
+inline constexpr double tolerated_rise = 0.01;
+inline constexpr int most_layers = 16;
+/// Largest error of the data, relative to them, that is taken for systematic; deviation of every
+/// error common to all pixels; largest structure_ratio() of residuals without structure, and the
+/// draws that it is compared with. Measured by `inverse_test --gtest_filter='SystematicError.*'`.
+inline constexpr double most_systematic = 0.015;
+inline constexpr double common_error = 0.01;
+inline constexpr double most_structure = 2.8;
+inline constexpr int draws = 8;
 /// A refreshed correction that moves χ² by less than this share needs no further descent.
 inline constexpr double settled = 0.003;
 inline constexpr int most_corrections = 4;
@@ -189,12 +232,12 @@ inline constexpr int block_edge = 4;
 namespace notes {  // validation/notes.h
 /// A rim that masks leave out is known from beside it.
 inline constexpr double much_unseen = 0.2;  // of the seen face
-/// Voxels so small tell no more than larger ones (docs/limits.md, "The fit").
+/// Voxels so small resolve no more than larger ones (docs/limits.md, "The fit").
 inline constexpr double fine_voxel = 0.2;     // of a mean free path
 inline constexpr double advised_voxel = 0.5;  // the same
 inline constexpr int fewest_voxels = 4;       // that the advice leaves across the block
-/// Where χ² is above this, and values beyond so many of the others' standard deviations make most
-/// of it, though fewer than this share.
+/// Outliers are reported if χ² exceeds this, if values beyond so many of the others' standard
+/// deviations make most of it, and if they are fewer than this share.
 inline constexpr double high_chi2 = 1.5;
 inline constexpr double far = 5.0;
 inline constexpr double few = 0.1;
@@ -214,9 +257,9 @@ inline constexpr std::uint64_t fewest_photons = 1 << 14;  // of each pattern
 inline constexpr std::uint64_t most_photons = 1 << 22;
 /// Variance of a smoothed pixel over its datum's: smoothing goes no further.
 inline constexpr double tolerated_noise = 0.25;
-/// Relative deviation tolerated where no datum says what is.
+/// Relative deviation tolerated where there is no datum.
 inline constexpr double unseen_noise = 0.1;
-/// What of a slope its regression may leave unexplained; photons of the ratio over a slope's.
+/// Part of a slope that its regression may leave unexplained; photons of the ratio over a slope's.
 inline constexpr double slope_misfit = 0.1;
 inline constexpr std::uint64_t photons_over_slope = 4;
 /// μ/σt' of a voxel that leaves no scattering, and κ below which a voxel is a mirror to light and
@@ -245,10 +288,21 @@ namespace grid_levels {  // problem/grid_levels.h
 inline constexpr int fewest_voxels = 4;
 /// Masks leave a coarser grid fewer whole data than the fine one has.
 inline constexpr std::size_t fewest_data = 16;
-/// Of the coarse grids' model error (studies/notes/fit-path.md, "Closer before the finest grid, and
-/// r on the way").
+/// Share of the coarse grids' model error in the second fit of the last coarse grid. Chosen on the
+/// paper's samples (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
 inline constexpr double closer_share = 1.0 / 3.0;
 }  // namespace grid_levels
+
+namespace expected {  // of blocks before their data are seen: starts, layers, scale and shift
+/// Share of collisions that absorb, 3κμ, and the spread of its logarithm: marble, milk, wax, skin
+/// and juices lie within two spreads (Jensen et al. 2001, table 1).
+inline constexpr double absorption = 3e-3;
+inline constexpr double absorption_spread = 2.0;
+/// Spread of log κ and log μ between neighbouring layers.
+inline constexpr double layer_spread = 1.0;
+/// Vanishing predictions count as this share of the datum.
+inline constexpr double darkest_ratio = 1e-6;
+}  // namespace expected
 
 namespace correction {  // problem/objective_correction.cpp
 /// r outside is no grid error but noise of vanishing light.
@@ -258,9 +312,9 @@ inline constexpr double max_correction = 4.0;
 
 namespace levenberg_marquardt {  // optimise/levenberg_marquardt.h
 inline constexpr double first_damping = 1e-2;
-/// Of the damping where a step fails, doubled with each failure in a row.
+/// Factor on the damping after a failed step, doubled with each failure in a row.
 inline constexpr double first_raise = 8.0;
-/// Of the trace: keeps directions that neither residuals nor prior determine from being followed.
+/// Share of the trace: damps directions that neither residuals nor prior determine.
 inline constexpr double least_damping = 1e-12;
 /// A step that keeps less of its promise asks for a fresh Jacobian.
 inline constexpr double trusted_step = 0.25;
@@ -276,8 +330,8 @@ inline constexpr int enough_for_variances = 8;
 namespace optimiser {  // optimise/optimiser.h
 /// Share of the promised decrease a step must keep (Armijo).
 inline constexpr double sufficient_decrease = 1e-4;
-/// Times s·y/y·y, the usual guess of H⁻¹ where no pair has been: the stiffest directions, which
-/// pairs soon know, prevail in y (studies/notes/fit-path.md).
+/// Factor on s·y/y·y, the usual guess of H⁻¹: y is dominated by the stiffest directions, which the
+/// pairs represent (studies/notes/fit-path.md, "Softer where the metric is stiff").
 inline constexpr double softer = 2.0;
 }  // namespace optimiser
 

@@ -28,16 +28,16 @@ const char* advice(int error) {
   switch (error) {
     case ENOSPC:
     case EDQUOT:
-      return "free space or choose another folder (-o)";
+      return "free space or choose another folder";
     case EFBIG:
       return "the file system or a limit of this account refuses a file of this size, choose "
-             "another folder (-o)";
+             "another folder";
     case EACCES:
     case EPERM:
     case EROFS:
-      return "choose a folder that you may write to (-o)";
+      return "choose a folder that you may write to";
     default:
-      return "check the folder or choose another (-o)";
+      return "check the folder or choose another";
   }
 }
 

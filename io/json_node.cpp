@@ -278,8 +278,9 @@ JsonDocument::JsonDocument(std::string name, const std::string& text, std::strin
       comments_(comments),
       json_(std::make_unique<json>(parse(text, file_))) {}
 
-JsonDocument JsonDocument::of_text(const std::string& text, std::string name, std::string hint) {
-  return {std::move(name), text, std::move(hint), JsonComments::refused};
+JsonDocument JsonDocument::of_text(const std::string& text, std::string name, std::string hint,
+                                   JsonComments comments) {
+  return {std::move(name), text, std::move(hint), comments};
 }
 
 JsonDocument::~JsonDocument() = default;

@@ -92,7 +92,8 @@ class JsonDocument {
   JsonDocument(const std::filesystem::path& file, std::string hint,
                JsonComments comments = JsonComments::refused);
   /// Of a text in memory, which messages call `name`.
-  static JsonDocument of_text(const std::string& text, std::string name, std::string hint);
+  static JsonDocument of_text(const std::string& text, std::string name, std::string hint,
+                              JsonComments comments = JsonComments::refused);
   ~JsonDocument();
   JsonDocument(const JsonDocument&) = delete;
   JsonDocument& operator=(const JsonDocument&) = delete;

@@ -16,9 +16,11 @@ namespace {
 
 constexpr const char* format_name = "kappamu-measurements";
 
+constexpr std::size_t most_patterns = 1 << 16;
+
 }  // namespace
 
-SurfaceMeasurements read_measurements(const fs::path& folder) {
+SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   const JsonDocument document(folder / "measurements.json", "docs/formats.md");
   const JsonNode header = document.root();
   header.expect_fields({"format", "version", "voxel_mm", "grid", "eta", "lit_face", "seen_face",
@@ -40,11 +42,14 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
     error.expect_fields({"common", "own"}, {"source"});
     m.smooth_error = {error["common"].number(), error["own"].number()};
   }
+  return m;
+}
 
+SurfaceMeasurements read_measurements(const fs::path& folder) {
+  SurfaceMeasurements m = read_measurements_header(folder);
   const auto lit_v = static_cast<std::size_t>(m.lit_shape().nv);
   const auto lit_u = static_cast<std::size_t>(m.lit_shape().nu);
   const auto check_shape = [&](const std::vector<std::size_t>& shape) {
-    constexpr std::size_t most_patterns = 1 << 16;
     if (shape.size() == 3 && shape[0] <= most_patterns && shape[1] == lit_v && shape[2] == lit_u) {
       return;
     }

@@ -13,6 +13,9 @@ namespace kappamu::io {
 /// another shape than measurements.json says; what it returns passes validate().
 SurfaceMeasurements read_measurements(const std::filesystem::path& folder);
 
+/// measurements.json alone: no arrays, and how many patterns there are is not known.
+SurfaceMeasurements read_measurements_header(const std::filesystem::path& folder);
+
 /// Validates, then writes; measurements.json comes last, so a folder that has one is complete.
 /// `smooth_error_source` says where smooth_error comes from, for the reader.
 void write_measurements(const std::filesystem::path& folder,

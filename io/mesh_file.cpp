@@ -19,11 +19,14 @@ std::string FileMesh::where(int triangle) const {
   return text;
 }
 
-FileMesh read_mesh(const fs::path& file) {
+FileMesh read_mesh(const fs::path& file, std::span<const double> morph) {
   const std::string name = file.string(), ending = lower_extension(file);
   const auto is = [&](const char* known) { return ending == known; };
   if (!is(".obj") && !is(".ply") && !is(".stl") && !is(".gltf") && !is(".glb")) {
     throw InputError(name + ": is no mesh file by its name; give .obj, .ply, .stl, .gltf or .glb");
+  }
+  if (!morph.empty() && !is(".gltf") && !is(".glb")) {
+    throw InputError(name + ": a mesh file of this kind has no morph targets; give .gltf or .glb");
   }
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
@@ -35,11 +38,11 @@ FileMesh read_mesh(const fs::path& file) {
   if (is(".obj")) return read_obj(bytes, name);
   if (is(".ply")) return read_ply(bytes, name);
   if (is(".stl")) return read_stl(bytes, name);
-  return read_gltf(bytes, file);
+  return read_gltf(bytes, file, morph);
 }
 
-CheckedMesh read_body(const fs::path& file) {
-  const FileMesh read = read_mesh(file);
+CheckedMesh read_body(const fs::path& file, std::span<const double> morph) {
+  const FileMesh read = read_mesh(file, morph);
   CheckedMesh body =
       check_mesh(read.mesh, file.string(), [&](int triangle) { return read.where(triangle); });
   body.warnings.insert(body.warnings.begin(), read.notes.begin(), read.notes.end());

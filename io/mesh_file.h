@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,13 +35,15 @@ struct FileMesh {
   std::string where(int triangle) const;
 };
 
-/// All meshes of all nodes, placed as the nodes say; polygons as triangles; normals, colours,
-/// textures, materials, skins and morph targets left out. Vertices may be repeated. Reads no file
+/// All meshes of all nodes, placed as the nodes say; polygons as triangles, with the first set of
+/// texture coordinates (of a PLY file, its vertices') where all faces have one; normals, colours,
+/// images, materials, skins and morph targets left out, these but for the weights `morph`, one for
+/// each target of every primitive. Vertices may be repeated. Reads no file
 /// but this one and, for glTF, the buffers it names in the same folder or below. Throws InputError
 /// naming the file, the place in it and what is wrong.
-FileMesh read_mesh(const std::filesystem::path& file);
+FileMesh read_mesh(const std::filesystem::path& file, std::span<const double> morph = {});
 
 /// The body that a file's surface bounds: read_mesh(), then check_mesh() with the file's own names.
-CheckedMesh read_body(const std::filesystem::path& file);
+CheckedMesh read_body(const std::filesystem::path& file, std::span<const double> morph = {});
 
 }  // namespace kappamu::io

@@ -147,38 +147,23 @@ constexpr ElementType element_types[] = {
 template <class T>
 void write_array(const fs::path& file, const char* type, const std::vector<std::size_t>& shape,
                  std::span<const T> values) {
-  std::string axes;
   std::size_t count = 1;
-  for (const std::size_t extent : shape) {
-    axes += std::to_string(extent) + ", ";
-    count *= extent;
-  }
+  for (const std::size_t extent : shape) count *= extent;
   check(count == values.size(), "array for " + file.string() + " has " +
                                     std::to_string(values.size()) + " values, its shape says " +
                                     std::to_string(count));
-  // A tuple of one needs its comma, longer ones do not: (5,) but (5, 3).
-  if (shape.size() == 1) axes.pop_back();
-  if (shape.size() > 1) axes.resize(axes.size() - 2);
-  std::string header =
-      std::string("{'descr': '") + type + "', 'fortran_order': False, 'shape': (" + axes + "), }";
-  const std::size_t preamble = magic.size() + 4;
-  header.append(alignment - 1 - (preamble + header.size()) % alignment, ' ');
-  header += '\n';
-  check(header.size() <= 0xFFFF, "NumPy header of " + file.string() + " is too long");
+  const std::string header = npy_header(type, shape);
   write_stream_atomically(file, [&](std::ostream& out) {
-    out << magic << '\x01' << '\x00' << static_cast<char>(header.size() & 0xFF)
-        << static_cast<char>(header.size() >> 8) << header;
+    out << header;
     out.write(reinterpret_cast<const char*>(values.data()),
               static_cast<std::streamsize>(values.size_bytes()));
   });
 }
 
-}  // namespace
-
-NpyArray read_npy(const fs::path& file, const ShapeCheck& expected) {
+/// Leaves the stream at the numbers.
+NpyLayout read_layout(std::istream& in, const fs::path& file) {
   constexpr std::size_t longest_header = std::size_t{1} << 16;
   const auto truncated = [&] { fail(file, "truncated NumPy file; write or copy it again"); };
-  std::ifstream in = open_file(file);
   std::error_code unknown_size;
   const std::uintmax_t size = fs::file_size(file, unknown_size);
   std::string text(12, '\0');
@@ -223,9 +208,28 @@ NpyArray read_npy(const fs::path& file, const ShapeCheck& expected) {
                    " takes " + std::to_string(count * type->size) + " bytes, the file holds " +
                    std::to_string(available) + "; write or copy it again");
   }
-  if (expected) expected(header.shape);
-  NpyArray array{header.shape, std::vector<float>(count)};
-  if (!type->read(in, array.values)) truncated();
+  return {header.shape, header.type, begin + length};
+}
+
+}  // namespace
+
+NpyLayout read_npy_layout(const fs::path& file) {
+  std::ifstream in = open_file(file);
+  return read_layout(in, file);
+}
+
+NpyArray read_npy(const fs::path& file, const ShapeCheck& expected) {
+  std::ifstream in = open_file(file);
+  const NpyLayout layout = read_layout(in, file);
+  if (expected) expected(layout.shape);
+  const auto* type = std::find_if(std::begin(element_types), std::end(element_types),
+                                  [&](const ElementType& t) { return layout.type == t.name; });
+  std::size_t count = 1;
+  for (const std::size_t extent : layout.shape) count *= extent;
+  NpyArray array{layout.shape, std::vector<float>(count)};
+  if (!type->read(in, array.values)) {
+    fail(file, "truncated NumPy file; write or copy it again");
+  }
   return array;
 }
 
@@ -248,6 +252,24 @@ void write_npy(const fs::path& file, const std::vector<std::size_t>& shape,
 void write_npy(const fs::path& file, const std::vector<std::size_t>& shape,
                std::span<const std::uint8_t> values) {
   write_array(file, "|u1", shape, values);
+}
+
+std::string npy_header(const std::string& type, const std::vector<std::size_t>& shape) {
+  std::string axes;
+  for (const std::size_t extent : shape) axes += std::to_string(extent) + ", ";
+  // A tuple of one needs its comma, longer ones do not: (5,) but (5, 3).
+  if (shape.size() == 1) axes.pop_back();
+  if (shape.size() > 1) axes.resize(axes.size() - 2);
+  std::string header =
+      "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + axes + "), }";
+  const std::size_t preamble = magic.size() + 4;
+  header.append(alignment - 1 - (preamble + header.size()) % alignment, ' ');
+  header += '\n';
+  check(header.size() <= 0xFFFF, "a NumPy header is too long");
+  std::string text(magic);
+  text += {'\x01', '\x00', static_cast<char>(header.size() & 0xFF),
+           static_cast<char>(header.size() >> 8)};
+  return text + header;
 }
 
 std::string shape_to_string(const std::vector<std::size_t>& shape) {

@@ -17,6 +17,18 @@ struct NpyArray {
   std::vector<float> values;       ///< C order: the last axis varies fastest
 };
 
+/// Where the numbers of a file are, for those who read parts of it.
+struct NpyLayout {
+  std::vector<std::size_t> shape;
+  std::string type;       ///< "<f4", "<f8", "<i4", "<i8", "|u1" or "|b1"
+  std::size_t begin = 0;  ///< of the numbers [bytes]
+};
+/// Throws InputError as read_npy().
+NpyLayout read_npy_layout(const std::filesystem::path& file);
+
+/// What a file of that `type` and shape begins with.
+std::string npy_header(const std::string& type, const std::vector<std::size_t>& shape);
+
 /// Reads float32, float64, int32, int64, uint8 and bool arrays, converted to float. Throws
 /// InputError naming the file unless it is a complete little-endian C-order array of those types.
 /// `expected` sees the header's shape before anything makes room for the numbers, and throws where

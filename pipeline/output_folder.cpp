@@ -45,9 +45,11 @@ std::map<std::string, Claim> read_files_record(const fs::path& folder) {
     }
   } catch (const json::exception&) {
   }
-  throw InputError(path.string() +
-                   ": not a list of files as kappamu wrote it; remove it or choose another output "
-                   "folder (-o)");
+  throw InputError(
+      path.string() +
+          ": not a list of files as kappamu wrote it; remove it or choose another output "
+          "folder",
+      {{"out"}});
 }
 
 fs::path canonical_path(const fs::path& path) {
@@ -83,7 +85,8 @@ void require_apart(const fs::path& folder, const std::vector<fs::path>& inputs) 
     if (!around && !within) continue;
     const char* how = around && within ? "is" : around ? "contains" : "lies in";
     throw InputError(folder.string() + ": the output folder " + how + " " + input.string() +
-                     ", which is read; choose one apart from it (-o)");
+                         ", which is read; choose one apart from it",
+                     {{"out"}});
   }
 }
 
@@ -92,7 +95,8 @@ void make_output_folder(const fs::path& folder) {
   fs::create_directories(folder, error);
   if (error) {
     throw InputError("cannot make " + folder.string() + " (" + error.message() +
-                     "); choose another output folder (-o)");
+                         "); choose another output folder",
+                     {{"out"}});
   }
 }
 
@@ -119,8 +123,9 @@ FolderLock::FolderLock(const fs::path& folder, By by) {
                                         O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644)
                                : ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor_ < 0) {
-    throw InputError("cannot write into " + folder.string() +
-                     "; choose an output folder (-o) that you may write to");
+    throw InputError(
+        "cannot write into " + folder.string() + "; choose an output folder that you may write to",
+        {{"out"}});
   }
   if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   ::close(descriptor_);
@@ -189,9 +194,11 @@ fs::path bench_folder(const fs::path& folder, const std::vector<fs::path>& input
   if (claims.contains("bench")) return path;
   const fs::directory_iterator first(path);
   if (first != fs::directory_iterator()) {
-    throw InputError(first->path().string() +
-                     ": was not written by kappamu bench, which replaces what its folder holds; "
-                     "choose an empty folder (-o)");
+    throw InputError(
+        first->path().string() +
+            ": was not written by kappamu bench, which replaces what its folder holds; "
+            "choose an empty folder",
+        {{"out"}});
   }
   claims["bench"].status = StageStatus::started;
   write_record(path, claims);

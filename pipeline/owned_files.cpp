@@ -35,13 +35,15 @@ bool is_there(const fs::path& path) {
 
 [[noreturn]] void fail(const fs::path& path, const std::error_code& error) {
   throw InputError("cannot write " + path.string() + ": " + error.message() +
-                   "; check the folder or choose another (-o)");
+                       "; check the folder or choose another",
+                   {{"out"}});
 }
 
 [[noreturn]] void fail_in_the_way(const fs::path& path) {
   throw InputError(path.string() +
-                   ": is in the way and nothing that kappamu wrote there; move it elsewhere or "
-                   "choose another output folder (-o)");
+                       ": is in the way and nothing that kappamu wrote there; move it elsewhere or "
+                       "choose another output folder",
+                   {{"out"}});
 }
 
 bool lists(const std::vector<OwnedFile>& files, const std::string& path) {
@@ -68,7 +70,8 @@ FileState state_of(const fs::path& root, const OwnedFile& file) {
 
 void require_absent(const fs::path& file) {
   if (!is_there(file)) return;
-  throw InputError(file.string() + ": exists already; move it elsewhere or choose another (-o)");
+  throw InputError(file.string() + ": exists already; move it elsewhere or choose another",
+                   {{"out"}});
 }
 
 json files_to_json(const std::vector<OwnedFile>& files) {
@@ -151,8 +154,9 @@ void StagedFiles::require_room(const std::vector<std::string>& outputs, Changed 
     const fs::path path = root_ / file.path;
     if (is_file(path) && state_of(root_, file) == FileState::changed) {
       throw InputError(path.string() +
-                       ": was changed after kappamu wrote it and would be replaced; move it "
-                       "elsewhere or choose another output folder (-o)");
+                           ": was changed after kappamu wrote it and would be replaced; move it "
+                           "elsewhere or choose another output folder",
+                       {{"out"}});
     }
   }
 }

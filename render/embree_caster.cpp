@@ -79,42 +79,28 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-class EmbreeCaster final : public RayCaster {
+class EmbreeCaster final : public MovableCaster {
  public:
-  explicit EmbreeCaster(const TriangleMesh& mesh) : mesh_(mesh), box_(bounding_box(mesh)) {
+  explicit EmbreeCaster(const TriangleMesh& mesh) : mesh_(mesh) {
     check(!mesh.triangles.empty(), "embree caster: a mesh without triangles");
-    centre_ = box_.center();
-    half_ = box_.sizes().maxCoeff() / 2.0;
-    check(std::isfinite(half_) && half_ > 0.0, "embree caster: a mesh without extent");
-    box_.min().array() -= slack * half_;
-    box_.max().array() += slack * half_;
+    fit_frame();
     device_.reset(rtcNewDevice(nullptr));
     if (!device_) throw_failure();
-    scene_.reset(rtcNewScene(device_.get()));
-    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_MEDIUM);
-    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                3 * sizeof(float), mesh.vertices.size()));
-    auto* triangles = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                3 * sizeof(unsigned), mesh.triangles.size()));
-    if (vertices == nullptr || triangles == nullptr) throw_failure();
-    for (const Eigen::Vector3d& vertex : mesh.vertices) {
-      const Eigen::Vector3f scaled = ((vertex - centre_) / half_).cast<float>();
-      vertices = std::copy(scaled.begin(), scaled.end(), vertices);
+    build(RTC_SCENE_FLAG_ROBUST, RTC_BUILD_QUALITY_MEDIUM);
+  }
+
+  void move(const std::vector<Eigen::Vector3d>& vertices) override {
+    mesh_.vertices = vertices;
+    fit_frame();
+    if (movable_) {
+      put_vertices();
+      rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
+      rtcCommitGeometry(geometry_);
+      rtcCommitScene(scene_.get());
+    } else {
+      movable_ = true;
+      build(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC, RTC_BUILD_QUALITY_LOW);
     }
-    for (const auto& triangle : mesh.triangles) {
-      triangles = std::transform(triangle.begin(), triangle.end(), triangles,
-                                 [](int vertex) { return static_cast<unsigned>(vertex); });
-    }
-    rtcSetGeometryIntersectFilterFunction(geometry, filter);
-    rtcSetGeometryOccludedFilterFunction(geometry, filter);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_.get(), geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_.get());
     if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw_failure();
   }
 
@@ -129,6 +115,53 @@ class EmbreeCaster final : public RayCaster {
   }
 
  private:
+  void fit_frame() {
+    box_ = bounding_box(mesh_);
+    centre_ = box_.center();
+    half_ = box_.sizes().maxCoeff() / 2.0;
+    check(std::isfinite(half_) && half_ > 0.0, "embree caster: a mesh without extent");
+    box_.min().array() -= slack * half_;
+    box_.max().array() += slack * half_;
+  }
+
+  void put_vertices() {
+    auto* vertices =
+        static_cast<float*>(rtcGetGeometryBufferData(geometry_, RTC_BUFFER_TYPE_VERTEX, 0));
+    for (const Eigen::Vector3d& vertex : mesh_.vertices) {
+      const Eigen::Vector3f scaled = ((vertex - centre_) / half_).cast<float>();
+      vertices = std::copy(scaled.begin(), scaled.end(), vertices);
+    }
+  }
+
+  /// The scene holds the only geometry, which it owns. That of a dynamic scene is refitted from
+  /// then on.
+  void build(RTCSceneFlags flags, RTCBuildQuality quality) {
+    scene_.reset(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(scene_.get(), flags);
+    rtcSetSceneBuildQuality(scene_.get(), quality);
+    geometry_ = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (movable_) rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
+    const void* vertices =
+        rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                3 * sizeof(float), mesh_.vertices.size());
+    auto* triangles = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(unsigned), mesh_.triangles.size()));
+    if (vertices == nullptr || triangles == nullptr) throw_failure();
+    put_vertices();
+    for (const auto& triangle : mesh_.triangles) {
+      triangles = std::transform(triangle.begin(), triangle.end(), triangles,
+                                 [](int vertex) { return static_cast<unsigned>(vertex); });
+    }
+    rtcSetGeometryIntersectFilterFunction(geometry_, filter);
+    rtcSetGeometryOccludedFilterFunction(geometry_, filter);
+    rtcCommitGeometry(geometry_);
+    rtcAttachGeometry(scene_.get(), geometry_);
+    rtcReleaseGeometry(geometry_);
+    rtcCommitScene(scene_.get());
+    if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw_failure();
+  }
+
   /// The first hit, or any.
   template <bool any>
   std::optional<RayHit> traced(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -178,13 +211,15 @@ class EmbreeCaster final : public RayCaster {
   Eigen::AlignedBox3d box_;
   Eigen::Vector3d centre_;
   double half_ = 0.0;
+  bool movable_ = false;
   Owned<RTCDevice> device_;
   Owned<RTCScene> scene_;
+  RTCGeometry geometry_ = nullptr;
 };
 
 }  // namespace
 
-std::unique_ptr<RayCaster> make_embree_caster(const TriangleMesh& mesh) {
+std::unique_ptr<MovableCaster> make_embree_caster(const TriangleMesh& mesh) {
   return std::make_unique<EmbreeCaster>(mesh);
 }
 

@@ -22,8 +22,16 @@
 
 namespace kappamu::render {
 
+/// One whose mesh may move. The first move builds a structure that later moves refit: they take a
+/// few nanoseconds a triangle, and rays get slower the farther the mesh is from that first move.
+class MovableCaster : public RayCaster {
+ public:
+  /// As many vertices as before, of the same triangles. No ray may be under way.
+  virtual void move(const std::vector<Eigen::Vector3d>& vertices) = 0;
+};
+
 /// Keeps a copy of the mesh. Triangles without area are never met. Throws InputError where memory
 /// does not suffice.
-std::unique_ptr<RayCaster> make_embree_caster(const TriangleMesh& mesh);
+std::unique_ptr<MovableCaster> make_embree_caster(const TriangleMesh& mesh);
 
 }  // namespace kappamu::render

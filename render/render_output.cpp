@@ -5,6 +5,7 @@
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
 #include "io/npy.h"
+#include "io/read_file.h"
 #include "render/render_scene.h"
 
 namespace kappamu::render {
@@ -135,6 +136,27 @@ std::string write_render(const RenderResult& result, const Scene& scene,
   const ordered_json summary = summary_json(result, scene, options);
   io::write_text_atomically(folder / "summary.json", summary.dump(2) + "\n");
   return summary.dump();
+}
+
+void write_frame(const RenderResult& result, const Scene& scene, const RenderOptions& options,
+                 const std::string& inputs, const std::filesystem::path& folder,
+                 const std::string& name) {
+  io::write_image(folder / (name + ".png"), tone_mapped(result.picture.radiance, result.exposure));
+  ordered_json summary = summary_json(result, scene, options);
+  summary["inputs"] = inputs;
+  io::write_text_atomically(folder / (name + ".json"), summary.dump(2) + "\n");
+}
+
+std::optional<double> frame_exposure(const std::filesystem::path& folder, const std::string& name,
+                                     const std::string& inputs) {
+  try {
+    if (!std::filesystem::exists(folder / (name + ".png"))) return std::nullopt;
+    const auto summary = ordered_json::parse(io::read_text(folder / (name + ".json")));
+    if (summary.at("inputs") != inputs) return std::nullopt;
+    return summary.at("picture").at("exposure").get<double>();
+  } catch (const std::exception&) {
+    return std::nullopt;  // no frame, or none that kappamu wrote
+  }
 }
 
 }  // namespace kappamu::render

@@ -65,4 +65,14 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
 std::string write_render(const RenderResult& result, const Scene& scene,
                          const RenderOptions& options, const std::filesystem::path& folder);
 
+/// One frame of several: `name`.png, and last its summary `name`.json, with a fingerprint of all
+/// that the frame depends on.
+void write_frame(const RenderResult& result, const Scene& scene, const RenderOptions& options,
+                 const std::string& inputs, const std::filesystem::path& folder,
+                 const std::string& name);
+
+/// The exposure of a frame that write_frame() wrote of these inputs; nothing where there is none.
+std::optional<double> frame_exposure(const std::filesystem::path& folder, const std::string& name,
+                                     const std::string& inputs);
+
 }  // namespace kappamu::render

@@ -25,8 +25,9 @@ struct Range {
 };
 Range range_of(const Image<float>& map) {
   const double low = quantile(map.values(), 0.02), high = quantile(map.values(), 0.98);
-  const double middle = 0.5 * (low + high), half = std::max(0.5 * (high - low), 0.05 * middle);
-  return {std::max(0.0, middle - half), middle + half};
+  const double middle = 0.5 * (low + high);
+  const double half = std::max(0.5 * (high - low), 0.05 * std::abs(middle));
+  return {low < 0.0 ? middle - half : std::max(0.0, middle - half), middle + half};
 }
 
 Image<std::uint8_t> drawn(const Image<float>& map) {
@@ -70,6 +71,7 @@ Html wavelength_section(const sfdi::WavelengthMap& map) {
                       map_figure(map.musp, "reduced scattering σs'", "1/mm"),
                       map_figure(map.mua_deviation, "standard deviation of μa", "1/mm"),
                       map_figure(map.musp_deviation, "standard deviation of σs'", "1/mm")});
+  if (!map.height_mm.empty()) content += row({map_figure(map.height_mm, "height", "mm")});
   if (map.region) {
     const sfdi::RegionMean& r = *map.region;
     content += paragraph("Mean of the region's " + std::to_string(r.pixels) + " pixels: μa " +
@@ -78,6 +80,16 @@ Html wavelength_section(const sfdi::WavelengthMap& map) {
   }
   content += row({parts_table(map), checks_table(map)});
   return section(shown_number(map.wavelength_nm) + " nm", content);
+}
+
+Html spectral_section(const sfdi::Maps& maps) {
+  if (maps.spectral.empty()) return {};
+  Html content;
+  for (const sfdi::SpectralMap& map : maps.spectral) {
+    content += row({map_figure(map.value, map.name, map.unit),
+                    map_figure(map.deviation, "standard deviation of " + map.name, map.unit)});
+  }
+  return section("All wavelengths together", content);
 }
 
 }  // namespace
@@ -107,6 +119,7 @@ void write_map_page(const sfdi::Maps& maps, const std::filesystem::path& file) {
   Html content = element("h1", text("kappamu map"));
   for (const std::string& warning : maps.warnings) content += paragraph(warning);
   for (const sfdi::WavelengthMap& map : maps.wavelengths) content += wavelength_section(map);
+  content += spectral_section(maps);
   content += note(
       "Grey pixels are not valid. Colours reach from the second to the 98th of a "
       "hundred pixels in order.");

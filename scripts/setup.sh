@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what kappamu builds and tests with: Debian 12 packages, by name, nothing else. Quick when they are there.
-#   scripts/setup.sh [--peers]     --peers: also the solver that `kappamu bench` sets beside ours (hypre, MPI)
+#   scripts/setup.sh [--peers] [--distributed]     --peers: also the solver that `kappamu bench` sets beside ours (hypre, MPI)
+#                                                  --distributed: also what kappamu-mpi is built with (PETSc, MPI: 60 MB)
 set -euo pipefail
 
 build_packages=(
@@ -9,7 +10,7 @@ build_packages=(
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
   libceres-dev libopenimageio-dev libpng-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
-  libraw-dev libembree-dev libxxhash-dev
+  libraw-dev libmatio-dev libembree-dev libxxhash-dev
   libglfw3-dev libimgui-dev libepoxy-dev pkg-config libgl1-mesa-dri
   libcli11-dev nlohmann-json3-dev
   python3-dev python3-venv pybind11-dev
@@ -18,15 +19,17 @@ test_packages=(
   libgtest-dev libgmock-dev python3 python3-numpy python3-matplotlib python3-openvdb python3-vtk9 python3-jsonschema
   chromium xvfb xauth fonts-dejavu-core clang clang-format clang-tidy libclang-rt-14-dev
 )
-peer_packages=()
-case ${1:-} in
-  --peers) peer_packages=(libhypre-dev libopenmpi-dev openmpi-bin) ;;
-  "") ;;
-  *) echo "setup: unknown option $1; the only one is --peers" >&2; exit 2 ;;
-esac
+asked_packages=()
+for option in "$@"; do
+  case $option in
+    --peers) asked_packages+=(libhypre-dev libopenmpi-dev openmpi-bin) ;;
+    --distributed) asked_packages+=(libpetsc-real-dev libopenmpi-dev openmpi-bin) ;;
+    *) echo "setup: unknown option $option; there are --peers and --distributed" >&2; exit 2 ;;
+  esac
+done
 
 missing=()
-for package in "${build_packages[@]}" "${test_packages[@]}" "${peer_packages[@]}"; do
+for package in "${build_packages[@]}" "${test_packages[@]}" "${asked_packages[@]}"; do
   status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
   [[ $status == "install ok installed" ]] || missing+=("$package")
 done

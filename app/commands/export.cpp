@@ -6,6 +6,7 @@
 #include "io/volume/volume_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/stages/export_stage.h"
+#include "render/scene/material_export.h"
 
 namespace kappamu::app {
 
@@ -18,13 +19,32 @@ struct ExportOptions {
   std::size_t most_voxels = io::default_most_voxels;
 };
 
+/// Not among the pipeline's: a mean, which says less than the volume.
+constexpr const char* material_format = "material";
+
+void add_material(const ExportOptions& options, const std::filesystem::path& folder,
+                  Progress& progress, io::ExportResult& result) {
+  const io::VolumeSet set = io::read_volume(io::find_volume(options.volume), options.most_voxels);
+  const io::ExportResult made = render::export_material(folder, set);
+  for (const std::string& warning : made.warnings) progress.warn(warning);
+  result.files.insert(result.files.end(), made.files.begin(), made.files.end());
+  result.warnings.insert(result.warnings.end(), made.warnings.begin(), made.warnings.end());
+}
+
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
-  pipeline::OutputFolder out(options.out, "export", {io::find_volume(options.volume)},
-                             {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr"},
-                             pipeline::Former::kept);
-  io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
-                                                     *progress, options.most_voxels);
+  pipeline::OutputFolder out(
+      options.out, "export", {io::find_volume(options.volume)},
+      {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr", "material"},
+      pipeline::Former::kept);
+  std::vector<std::string> formats = options.formats;
+  const bool material = std::erase(formats, material_format) > 0;
+  io::ExportResult result;
+  if (!formats.empty()) {
+    result = pipeline::export_volumes(options.volume, out.partial(), formats, *progress,
+                                      options.most_voxels);
+  }
+  if (material) add_material(options, out.partial() / "material", *progress, result);
   for (auto& file : result.files)
     file = std::filesystem::path(options.out) / file.lexically_relative(out.partial());
   out.commit();
@@ -54,6 +74,8 @@ volume.json and kappa_R.npy, mu_R.npy, ... Into OUT go, by --format:
   npy  npy/         NumPy: float32 [z][y][x] per coefficient and channel, volume.json
   vdb  volume.vdb   OpenVDB: fog grids kappa_R, mu_R, sigma_t_R, albedo_R, ..., density
   exr  exr/         one image per z layer with channels kappa.R, mu.R, ...
+  material  material/  the volume's mean as a shader's material: material.mtlx (MaterialX,
+                       OpenPBR subsurface colour and radius) and principled.json (Blender)
 
 Lengths are mm, coefficients mm and 1/mm, in every format. Values belong to voxel centres:
 voxel (i, j, k) of edge h is centred at ((i+1/2) h, (j+1/2) h, (k+1/2) h), x fastest.
@@ -66,10 +88,12 @@ A volume with a NaN or with kappa <= 0 is refused (exit code 1).)");
   add_out(*command, options->out, "Folder for the files; made if missing");
   std::vector<std::string> names = pipeline::export_formats();
   names.emplace_back("all");
+  names.emplace_back(material_format);
   command
       ->add_option(
           "--format", options->formats,
-          "vti, vol, pbrt, npy, vdb, exr or all (default); several with commas or repeated")
+          "vti, vol, pbrt, npy, vdb, exr, material or all but material (default); several with "
+          "commas or repeated")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("FORMAT");

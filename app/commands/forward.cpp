@@ -249,7 +249,7 @@ void add_forward(CLI::App& app, Globals& globals) {
       ->check(CLI::IsMember({"npy", "vti", "vdb"}));
   add_out(*command, options->out, "Folder for the maps; made if missing");
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number);
   command->add_option("--channel", files.channel, "Channel of a .vdb with several, such as R");
   add_most_voxels(*command, files.most_voxels);
   command->add_option("--eta", options->eta, "Relative refractive index (default 1.3)");
@@ -283,7 +283,7 @@ void add_forward(CLI::App& app, Globals& globals) {
   command
       ->add_option("--photons", options->model.photons,
                    "montecarlo: photons per pattern, auto: at most (default 1000000)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number);
   command
       ->add_option("--anisotropy", options->model.anisotropy,
                    "montecarlo: g of the phase function at equal sigma_s' (default 0)")

@@ -38,6 +38,15 @@ void print_summary(const nlohmann::ordered_json& summary, const std::string& out
                 region.at("mua").get<double>(), region.at("mua_deviation").get<double>(),
                 region.at("musp").get<double>(), region.at("musp_deviation").get<double>());
   }
+  if (summary.contains("spectral")) {
+    for (const auto& [name, map] : summary.at("spectral").items()) {
+      if (map.at("value").is_null()) continue;
+      std::printf("%s: median %.4g +- %.2g %s\n", name.c_str(),
+                  map.at("value").at("median").get<double>(),
+                  map.at("deviation").at("median").get<double>(),
+                  map.at("unit").get<std::string>().c_str());
+    }
+  }
   std::printf("%s/maps.html\n%s/maps.exr\n", out.c_str(), out.c_str());
 }
 
@@ -45,7 +54,7 @@ void run_map(const MapArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   const Stopwatch watch;
   const sfdi::Description description = sfdi::read_description(arguments.pictures);
-  std::vector<std::string> files = sfdi::map_files();
+  std::vector<std::string> files = sfdi::map_files(description);
   files.insert(files.end(), {"maps.png", "maps.html"});
   pipeline::OutputFolder out(arguments.out, "map", {description.folder}, files);
   const sfdi::Maps maps = sfdi::measure_maps(description, *progress);
@@ -80,6 +89,10 @@ OUT/maps.html and maps.png show the maps; mua.npy, musp.npy, kappa.npy with *_de
 are float32 [wavelength][y][x] in 1/mm and mm, not a number where not valid; verdict.npy says
 why (0 good, 1 no light or saturated, 2 no medium has this reflectance, 3 outside the table);
 maps.exr holds all of them; summary.json the medians, checks and causes of the deviations.
+
+Several wavelengths give the law of scattering, A (wavelength/500 nm)^-b, and, where sfdi.json
+names "spectra", amounts of absorbers: haemoglobin with and without oxygen and its saturation,
+water, fat, melanin, or those of a table of your own.
 
 Deviations are standard deviations: of the pixels' noise, the errors that pictures share, the
 phantom's coefficients, the refractive index and g as stated, and the table. Where the sample

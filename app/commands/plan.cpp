@@ -115,19 +115,19 @@ per new arrangement besides the exposures. Disk: 16-bit RGB uncompressed.)");
   command->add_option("--size", a.size_mm, "Block along x, y, z [mm]; z is along the light")
       ->required()
       ->expected(3)
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number);
   command
       ->add_option("--projector-px-per-mm", request.projector_px_per_mm,
                    "Projector pixels per mm in the plane of the lit face")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number);
   command->add_option("--camera-width", request.camera.width, "[px]")->required();
   command->add_option("--camera-height", request.camera.height, "[px]")->required();
   command->add_option("--projector-width", request.projector.width, "[px]")->required();
   command->add_option("--projector-height", request.projector.height, "[px]")->required();
   add_out(*command, a.out, "Folder of the plan", "PLAN");
   option("--name", request.sample.name, "Of the sample");
-  option("--voxel", a.voxel_mm, "Edge of a voxel [mm]")->check(CLI::PositiveNumber);
+  option("--voxel", a.voxel_mm, "Edge of a voxel [mm]")->check(positive_number);
   option("--eta", request.sample.eta, "Refractive index of the sample");
   option("--setup", a.setup, "back-lit or front-lit")
       ->check(CLI::IsMember({"back-lit", "front-lit"}));
@@ -135,8 +135,8 @@ per new arrangement besides the exposures. Disk: 16-bit RGB uncompressed.)");
   option("--encoding", a.encoding, "linear (RAW), or response: behind an unknown curve (JPEG)")
       ->check(CLI::IsMember({"linear", "response"}));
   option("--refresh-hz", a.refresh_hz, "Projector's refresh, or turns of its colour wheel [1/s]")
-      ->check(CLI::PositiveNumber);
-  option("--longest", request.longest_s, "Longest exposure [s]")->check(CLI::PositiveNumber);
+      ->check(positive_number);
+  option("--longest", request.longest_s, "Longest exposure [s]")->check(positive_number);
   option("--exposures", request.exposures,
          "Per pattern; 3 leave kappa uncertain by 0.9 %, 5 by 0.5 % (docs/hdr.md)")
       ->check(CLI::Range(1, 20));

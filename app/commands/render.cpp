@@ -6,6 +6,7 @@
 
 #include "app/command.h"
 #include "app/options/model_options.h"
+#include "app/render_frames.h"
 #include "core/error.h"
 #include "forward/polygrid/polygrid_model.h"
 #include "forward/polygrid/shape/make_polygrid.h"
@@ -26,7 +27,8 @@ namespace kappamu::app {
 namespace {
 
 struct RenderArguments {
-  std::string scene, new_scene, polycube, out;
+  std::string scene, new_scene, polycube, frames, out;
+  int turntable = 0;
   ModelArguments model;
 };
 
@@ -85,14 +87,28 @@ void write_object_polycube(const RenderArguments& arguments, const Globals& glob
                    names);
 }
 
+/// The model of the command line in place of the scene's.
+void choose_model(const ModelArguments& model, render::Scene& scene) {
+  if (model.name && *model.name != scene.model.name) {
+    scene.model.name = *model.name;
+    scene.model.parameters.clear();
+  }
+  for (const auto& [name, value] : model.values()) scene.model.parameters[name] = value;
+}
+
+void run_frames(const RenderArguments& arguments, Globals& globals) {
+  const render::Frames frames = arguments.turntable > 0
+                                    ? render::Frames(arguments.scene, arguments.turntable)
+                                    : render::Frames(arguments.scene, arguments.frames);
+  render_frames(
+      frames, arguments.frames, [&](render::Scene& scene) { choose_model(arguments.model, scene); },
+      arguments.out, globals);
+}
+
 void run_render(const RenderArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   render::Scene scene = render::read_scene(arguments.scene);
-  if (arguments.model.name && *arguments.model.name != scene.model.name) {
-    scene.model.name = *arguments.model.name;
-    scene.model.parameters.clear();
-  }
-  for (const auto& [name, value] : arguments.model.values()) scene.model.parameters[name] = value;
+  choose_model(arguments.model, scene);
   pipeline::require_as_written(render::files_of(scene));
   const std::filesystem::path out(arguments.out);
   pipeline::OutputFolder folder(
@@ -182,6 +198,21 @@ other objects; of the model that solves transport it is noise alone.
                        "scene as the object's \"polycube\"")
           ->needs(scene)
           ->type_name("OBJECT");
+  auto* frames = command
+                     ->add_option("--frames", arguments->frames,
+                                  "Render the frames of this file of keyframes instead: numbered "
+                                  "pictures, and a film where ffmpeg is installed")
+                     ->needs(scene)
+                     ->type_name("FILE");
+  auto* turntable = command
+                        ->add_option("--turntable", arguments->turntable,
+                                     "Render N frames of the camera going once round its target")
+                        ->needs(scene)
+                        ->excludes(frames)
+                        ->check(CLI::Range(1, 100000))
+                        ->type_name("N");
+  frames->excludes(polycube);
+  turntable->excludes(polycube);
   std::vector<std::string> names;
   for (const forward::ModelDescription& model : forward::object_models())
     names.push_back(model.name);
@@ -198,11 +229,13 @@ other objects; of the model that solves transport it is noise alone.
       "Example: kappamu render --new-scene demo/run -o scene.json && kappamu render scene.json -o "
       "picture\n"
       "         kappamu render scenes/spot-wax.json --polycube spot -o spot.polycube.json");
-  command->callback([arguments, &globals, scene, made, polycube] {
+  command->callback([arguments, &globals, scene, made, polycube, frames, turntable] {
     if (made->count() > 0) {
       write_new_scene(*arguments, globals);
     } else if (polycube->count() > 0) {
       write_object_polycube(*arguments, globals);
+    } else if (frames->count() + turntable->count() > 0) {
+      run_frames(*arguments, globals);
     } else if (scene->count() > 0) {
       run_render(*arguments, globals);
     } else {

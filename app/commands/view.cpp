@@ -118,6 +118,7 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
                                  {"frames", times.frames},
                                  {"light_ms", times.light_ms},
                                  {"model_ms", times.model_ms},
+                                 {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
                                  {"first_picture_s", times.first_picture_s},
                                  {"first_light_s", times.first_light_s},
@@ -163,14 +164,15 @@ moves, up to the tolerance. The window states model, error and what it computes.
 Seen is the light that diffusion lets out; reflections and single scattering are in
 `kappamu render` alone.
 
-Edits change kappa or mu of a measured volume: under a brush's stroke down to a depth, in a
-box, a layer or below an image on a face. They are undone and done again, and saved as
-`kappamu edit` does: a volume and the recipe that makes it. The same command continues from
-saved edits, and from those of a window that ended before they were saved.
+Edits change any object's kappa and mu, or colour and mean free path: under a brush's stroke
+down to a depth, in a box, a layer, below an image thrown from the view or laid on a face, or
+everywhere. They are listed, reordered, switched off, undone and done again, and saved as
+`kappamu edit` does: a volume, the recipe that makes it, and a scene. The same command continues
+from saved edits, and from those of a window that ended before they were saved.
 
 A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
-exposure E, panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH,
-paint X Y ..., preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N,
+exposure E, panel on|off, channel all|R|G|B,
+brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH, paint X Y ..., preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N,
 save, screenshot NAME, quit.)");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")

@@ -16,10 +16,8 @@ namespace fs = std::filesystem;
 constexpr const char* writer = "view";
 
 void replay(const render::Recipe& recipe, render::EditHistory& history) {
-  for (const render::Edit& edit : recipe.edits) {
-    history.try_edit(edit);
-    history.commit();
-  }
+  std::vector<std::string> ignored;  // the window that made them showed them
+  apply(recipe, "the window's edits", history, ignored);
 }
 
 /// As they are on disk, in single precision.
@@ -40,10 +38,10 @@ bool equal(const io::VolumeSet& one, const io::VolumeSet& other) {
 
 }  // namespace
 
-EditFolder::EditFolder(fs::path folder, fs::path source)
+EditFolder::EditFolder(fs::path folder, EditSource source)
     : folder_(std::move(folder)), source_(std::move(source)), saved_(text({})) {
   // Begun and not committed: leaves no trace.
-  const pipeline::OutputFolder probe(folder_, writer, {source_}, {"volume.vdb", "recipe.json"});
+  const pipeline::OutputFolder probe(folder_, writer, source_.files(), edited_files(source_));
 }
 
 std::string EditFolder::text(const render::Recipe& recipe) const {
@@ -54,16 +52,25 @@ bool EditFolder::has_edits() const {
   return fs::exists(folder_ / "recipe.json") || fs::exists(unsaved_file());
 }
 
-void EditFolder::restore(render::EditHistory& history) {
-  const fs::path recipe = folder_ / "recipe.json";
+std::optional<double> EditFolder::voxel_mm() const {
+  for (const fs::path& file : {unsaved_file(), folder_ / "recipe.json"}) {
+    if (fs::exists(file)) return render::read_recipe(file).voxel_mm;
+  }
+  return std::nullopt;
+}
+
+void EditFolder::restore(render::EditedObject& edited) {
+  render::EditHistory& history = edited.history();
+  const fs::path recipe = folder_ / "recipe.json", volume = folder_ / "volume.vdb";
   if (fs::exists(recipe)) {
-    const render::Recipe saved = render::read_recipe(recipe);
-    replay(saved, history);
-    if (!equal(history.volume(), io::read_volume(folder_ / "volume.vdb"))) {
-      throw InputError(recipe.string() + ": these edits were saved for another volume than " +
-                       source_.string() + "; choose another folder for edits");
+    replay(render::read_recipe(recipe), history);
+    if (fs::exists(volume) == history.homogeneous() ||
+        (fs::exists(volume) && !equal(history.volume(), io::read_volume(volume)))) {
+      throw InputError(recipe.string() +
+                       ": these edits were saved for another volume than that of " +
+                       source_.name() + "; choose another folder for edits");
     }
-    saved_ = text(saved);
+    saved_ = text(edited.recipe());
   }
   if (!fs::exists(unsaved_file())) return;
   const render::Recipe unsaved = render::read_recipe(unsaved_file());
@@ -90,9 +97,9 @@ void EditFolder::discard() const {
   if (fs::is_empty(folder_, ignored)) fs::remove(folder_, ignored);
 }
 
-EditedVolume EditFolder::save(const render::Recipe& recipe) {
-  EditedVolume written = write_edited(source_, recipe, "the window's edits", folder_, writer);
-  saved_ = text(recipe);
+std::vector<std::string> EditFolder::save(const render::EditedObject& edited) {
+  std::vector<std::string> written = write_edited(edited, source_, folder_, writer);
+  saved_ = text(edited.recipe());
   discard();
   return written;
 }

@@ -2,34 +2,51 @@
 
 #include <variant>
 
+#include "app/edit/edited_scene.h"
 #include "io/atomic_file.h"
+#include "io/volume/volume_file.h"
 #include "pipeline/output_folder.h"
-#include "pipeline/verify.h"
-#include "render/edit/history.h"
 
 namespace kappamu::app {
 
-EditedVolume write_edited(const std::filesystem::path& volume, const render::Recipe& recipe,
-                          const std::string& origin, const std::filesystem::path& out,
-                          const std::string& command,
-                          const std::vector<std::filesystem::path>& recipe_file,
-                          std::size_t most_voxels) {
-  EditedVolume written{io::find_volume(volume), {}, {}};
-  pipeline::require_as_written(written.source);
-  const io::VolumeSet set = io::read_volume(written.source, most_voxels);
-  const io::VolumeSet result = render::edited(set, recipe, origin, written.warnings);
-  std::vector<std::filesystem::path> inputs{volume, written.source};
-  inputs.insert(inputs.end(), recipe_file.begin(), recipe_file.end());
-  for (const render::Edit& edit : recipe.edits) {
-    if (const auto* texture = std::get_if<render::TextureSelection>(&edit.where))
-      inputs.push_back(texture->image);
+namespace fs = std::filesystem;
+
+std::vector<fs::path> EditSource::files() const {
+  if (scene) return render::files_of(*scene);
+  return {volume, io::find_volume(volume)};
+}
+
+std::vector<std::string> edited_files(const EditSource& source) {
+  std::vector<std::string> names{"volume.vdb", "recipe.json"};
+  if (source.scene) names.push_back("scene.json");
+  return names;
+}
+
+std::vector<std::string> write_edited(const render::EditedObject& edited, const EditSource& source,
+                                      const fs::path& out, const std::string& command,
+                                      const std::vector<fs::path>& inputs) {
+  const render::Recipe recipe = edited.recipe();
+  std::vector<fs::path> read = source.files();
+  for (const std::vector<fs::path>& more : {inputs, render::files_of(recipe)}) {
+    read.insert(read.end(), more.begin(), more.end());
   }
-  pipeline::OutputFolder folder(out, command, inputs, {"volume.vdb", "recipe.json"});
-  io::write_vdb(folder.partial() / "volume.vdb", result);
+  pipeline::OutputFolder folder(out, command, read, edited_files(source));
+  std::vector<std::string> written;
+  if (!edited.homogeneous()) {
+    io::VolumeSet set = edited.history().volume();
+    set.metadata["edits"] = std::to_string(recipe.edits.size());
+    io::write_vdb(folder.partial() / "volume.vdb", set);
+    written.push_back((out / "volume.vdb").string());
+  }
   io::write_text_atomically(folder.partial() / "recipe.json",
                             render::recipe_json(recipe, folder.path()));
+  written.push_back((out / "recipe.json").string());
+  if (source.scene) {
+    io::write_text_atomically(folder.partial() / "scene.json",
+                              edited_scene(*source.scene, source.object, edited, folder.path()));
+    written.push_back((out / "scene.json").string());
+  }
   folder.commit();
-  written.files = {(out / "volume.vdb").string(), (out / "recipe.json").string()};
   return written;
 }
 

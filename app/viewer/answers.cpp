@@ -104,7 +104,10 @@ void Answers::work() {
     working_ = false;
     refining_ = answer || given_up;
     failure_ = failure;
-    if (answer) answer_ = std::move(answer);
+    if (answer) {
+      if (answer_) answer->take_over(*answer_);
+      answer_ = std::move(answer);
+    }
     lock.unlock();
     ready_();
     lock.lock();

@@ -141,6 +141,11 @@ Canvas::Canvas(const std::vector<float>& geometry)
   attributes(LitCorners::geometry_floats / 3, LitCorners::light_floats);
 }
 
+void Canvas::set_geometry(const std::vector<float>& geometry) {
+  glBindBuffer(GL_ARRAY_BUFFER, geometry_);
+  upload(geometry, GL_STREAM_DRAW);
+}
+
 void Canvas::set_light(const std::vector<float>& light) {
   glBindBuffer(GL_ARRAY_BUFFER, light_);
   upload(light, GL_STREAM_DRAW);

@@ -22,6 +22,8 @@ class Canvas {
   /// With a context current. Throws InputError where it refuses the shaders.
   explicit Canvas(const std::vector<float>& geometry);
 
+  /// Of as many corners as before, elsewhere.
+  void set_geometry(const std::vector<float>& geometry);
   void set_light(const std::vector<float>& light);
   /// Leaves the picture bound, so that a panel can be drawn over it. Without an exposure there is
   /// no light yet, and the shape alone is shaded. `channel` as ViewState has it.

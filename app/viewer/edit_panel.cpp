@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <string>
 
 #include "app/viewer/panel.h"
 #include "core/error.h"
@@ -17,7 +19,19 @@ constexpr std::array<const char*, 4> edited_channels{"", "R", "G", "B"};
 /// What f(v) of the operation makes of a coefficient v.
 const char* unit_of(const Brush& brush) {
   if (brush.operation == Operation::multiply) return "times";
-  return brush.of == Brush::Of::kappa ? "mm" : "1/mm";
+  if (brush.of == Brush::Of::albedo) return "of 1";
+  return brush.of == Brush::Of::mu ? "1/mm" : "mm";
+}
+
+void text(const char* name, std::filesystem::path& file) {
+  std::array<char, 512> shown{};
+  file.string().copy(shown.data(), shown.size() - 1);
+  if (ImGui::InputText(name, shown.data(), shown.size())) file = shown.data();
+}
+
+void depths(double& from_mm, double& to_mm) {
+  ImGui::InputDouble("from", &from_mm, 0.0, 0.0, "%.2f mm");
+  ImGui::InputDouble("to", &to_mm, 0.0, 0.0, "%.2f mm");
 }
 
 void length(const char* name, double& value) {
@@ -38,9 +52,12 @@ void draw_operation(Brush& brush) {
   if (brush.operation == Operation::copy) {
     point("from, relative", brush.offset_mm);
   } else {
-    ImGui::Combo("coefficient", &of, "kappa\0mu\0");
+    ImGui::Combo("of", &of, "kappa\0mu\0albedo\0mean free path\0");
     brush.of = static_cast<Brush::Of>(of);
     ImGui::InputDouble(unit_of(brush), &brush.amount, 0.0, 0.0, "%.4g");
+    if (brush.operation == Operation::blend) {
+      ImGui::InputDouble("share", &brush.share, 0.0, 0.0, "%.3g");
+    }
   }
   int channel =
       static_cast<int>(std::find(edited_channels.begin(), edited_channels.end(), brush.channel) -
@@ -49,23 +66,33 @@ void draw_operation(Brush& brush) {
   brush.channel = edited_channels[static_cast<std::size_t>(channel)];
 }
 
-void draw_region(Region& region, Brush& brush) {
+void draw_region(const Painter& painter, ViewState& state) {
+  Region& region = state.region;
+  Brush& brush = state.brush;
   int kind = static_cast<int>(region.kind);
-  ImGui::Combo("where", &kind, "stroke of the brush\0whole\0depth\0box\0image on a face\0");
+  ImGui::Combo("where", &kind,
+               "stroke of the brush\0whole\0depth\0box\0image from the view\0image on a face\0");
+  const bool begun = region.kind != static_cast<Region::Kind>(kind);
   region.kind = static_cast<Region::Kind>(kind);
   if (region.kind == Region::Kind::stroke) {
     length("radius", brush.radius_mm);
     length("depth", brush.depth_mm);
+    auto hardness = static_cast<float>(brush.hardness);
+    ImGui::SliderFloat("hardness", &hardness, 0.0F, 1.0F, "%.2f");
+    brush.hardness = static_cast<double>(hardness);
   } else if (region.kind == Region::Kind::depth) {
-    ImGui::InputDouble("from", &region.depth.from_mm, 0.0, 0.0, "%.2f mm");
-    ImGui::InputDouble("to", &region.depth.to_mm, 0.0, 0.0, "%.2f mm");
+    depths(region.depth.from_mm, region.depth.to_mm);
   } else if (region.kind == Region::Kind::box) {
     point("from corner", region.box.from_mm);
     point("to corner", region.box.to_mm);
+  } else if (region.kind == Region::Kind::projection) {
+    text("image", region.projection.image);
+    depths(region.projection.from_mm, region.projection.to_mm);
+    if (ImGui::Button("from this view") || begun) {
+      painter.take_view(state.camera, region.projection);
+    }
   } else if (region.kind == Region::Kind::texture) {
-    std::array<char, 512> name{};
-    region.texture.image.string().copy(name.data(), name.size() - 1);
-    if (ImGui::InputText("image", name.data(), name.size())) region.texture.image = name.data();
+    text("image", region.texture.image);
     int face = static_cast<int>(region.texture.face);
     ImGui::Combo("face", &face, "x-\0x+\0y-\0y+\0z-\0z+\0");
     region.texture.face = static_cast<Face>(face);
@@ -84,17 +111,67 @@ std::string fault_of(const ViewState& state) {
 }
 
 void draw_object_choice(Painter& painter) {
-  const std::vector<std::size_t>& objects = painter.editable();
-  if (objects.size() < 2 ||
-      !ImGui::BeginCombo("object", painter.name(*painter.in_hand()).c_str())) {
+  if (painter.objects() < 2 ||
+      !ImGui::BeginCombo("object", painter.name(painter.in_hand()).c_str())) {
     return;
   }
-  for (const std::size_t object : objects) {
+  for (std::size_t object = 0; object < painter.objects(); ++object) {
     if (ImGui::Selectable(painter.name(object).c_str(), object == painter.in_hand())) {
       painter.take(object);
     }
   }
   ImGui::EndCombo();
+}
+
+/// What an edit does, in a few words.
+std::string summary_of(const render::Edit& edit) {
+  constexpr std::array<const char*, 6> places{"all", "brush", "image", "view", "depth", "box"};
+  std::string text = name_of(render::operation_names, edit.operation);
+  const auto add = [&](const char* name, const render::Amount& amount) {
+    if (!amount.empty()) text += std::string(" ") + name;
+  };
+  add("kappa", edit.kappa);
+  add("mu", edit.mu);
+  add("albedo", edit.albedo);
+  add("mean free path", edit.mean_free_path_mm);
+  if (!edit.published.empty()) text += " " + edit.published;
+  if (edit.operation == Operation::surface) return text;
+  return text + ", " + places[edit.where.index()];
+}
+
+/// The edits done, each with a switch, two arrows and a cross.
+Asked draw_list(Painter& painter, std::string& fault) {
+  using render::EditHistory;
+  std::function<std::size_t(EditHistory&)> change;
+  const render::EditList list = painter.list();
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    bool on = !list[i]->off;
+    if (ImGui::Checkbox("##on", &on)) {
+      change = [i, on](EditHistory& history) { return history.switch_off(i, !on); };
+    }
+    ImGui::SameLine();
+    if (ImGui::ArrowButton("up", ImGuiDir_Up) && i > 0) {
+      change = [i](EditHistory& history) { return history.move(i, i - 1); };
+    }
+    ImGui::SameLine();
+    if (ImGui::ArrowButton("down", ImGuiDir_Down) && i + 1 < list.size()) {
+      change = [i](EditHistory& history) { return history.move(i, i + 1); };
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("x")) change = [i](EditHistory& history) { return history.remove(i); };
+    ImGui::SameLine();
+    ImGui::TextUnformatted(summary_of(*list[i]).c_str());
+    ImGui::PopID();
+  }
+  if (!change) return Asked::nothing;
+  try {
+    painter.change_list(change);
+    fault.clear();
+  } catch (const InputError& error) {
+    fault = error.what();
+  }
+  return Asked::changed;
 }
 
 Asked draw_edits(Painter& painter, ViewState& state) {
@@ -113,7 +190,7 @@ Asked draw_edits(Painter& painter, ViewState& state) {
   if (state.tool == Tool::brush) {
     draw_object_choice(painter);
     draw_operation(state.brush);
-    draw_region(state.region, state.brush);
+    draw_region(painter, state);
     const std::string fault = fault_of(state);
     if (!fault.empty()) ImGui::TextColored(amber, "%s", fault.c_str());
     if (state.region.kind != Region::Kind::stroke) {
@@ -139,7 +216,11 @@ class EditGroup final : public PanelGroup {
   const char* title() const override { return "edits"; }
 
   Asked draw(const PanelNumbers& numbers, ViewState& state) override {
-    const Asked asked = draw_edits(painter_, state);
+    Asked asked = draw_edits(painter_, state);
+    if (const Asked by_list = draw_list(painter_, fault_); by_list != Asked::nothing) {
+      asked = by_list;
+    }
+    if (!fault_.empty()) ImGui::TextColored(amber, "%s", fault_.c_str());
     ImGui::Checkbox("slices", &state.slice.shown);
     if (!numbers.note.empty()) ImGui::TextWrapped("%s", numbers.note.c_str());
     return asked;
@@ -147,6 +228,7 @@ class EditGroup final : public PanelGroup {
 
  private:
   Painter& painter_;
+  std::string fault_;  ///< why the list could not be changed
 };
 
 }  // namespace

@@ -7,7 +7,7 @@ namespace kappamu::app {
 Painter Editing::opened(const render::Scene& scene, const render::World& world,
                         const ViewerOptions& options) {
   Painter painter(scene, world);
-  if (options.edits && !painter.editable().empty()) painter.open(*options.edits);
+  if (options.edits) painter.open(*options.edits);
   return painter;
 }
 
@@ -66,6 +66,7 @@ void Editing::obey(Asked asked, const std::string& folder) {
   }
   if (asked == Asked::save) save(folder);
   if (asked == Asked::keep) painter_.keep();
+  if (asked == Asked::changed) changed_();
   if (asked == Asked::cancel && painter_.cancel()) changed_();
 }
 
@@ -76,7 +77,7 @@ bool Editing::save(const std::string& folder) {
       painter_.open(folder);
       options_.edits = folder;
     }
-    const std::vector<std::string> files = painter_.save(warnings_);
+    const std::vector<std::string> files = painter_.save();
     saved_.insert(saved_.end(), files.begin(), files.end());
     note_ = "saved in " + folder;
   });

@@ -74,8 +74,7 @@ void Mouse::follow(ViewState& state) {
   if (io.MouseWheel != 0.0F) state.zoom(std::pow(0.9, static_cast<double>(io.MouseWheel)));
 }
 
-void follow_view_key(const KeyEvent& event, const render::Camera& home, bool can_paint,
-                     ViewState& state) {
+void follow_view_key(const KeyEvent& event, const render::Camera& home, ViewState& state) {
   switch (event.key) {
     case GLFW_KEY_F1:
       state.keys_shown = !state.keys_shown;
@@ -100,7 +99,7 @@ void follow_view_key(const KeyEvent& event, const render::Camera& home, bool can
       state.camera = home;
       break;
     case GLFW_KEY_B:
-      state.tool = state.tool == Tool::brush || !can_paint ? Tool::orbit : Tool::brush;
+      state.tool = state.tool == Tool::brush ? Tool::orbit : Tool::brush;
       break;
     case GLFW_KEY_N:
       state.panel = !state.panel;

@@ -20,9 +20,7 @@ class Mouse {
   bool behind_ = false;               ///< the handle lies behind the object
 };
 
-/// Keys of the view, the lights and the panel. `home` is the scene's own view; there is something
-/// to paint where `can_paint`.
-void follow_view_key(const KeyEvent& event, const render::Camera& home, bool can_paint,
-                     ViewState& state);
+/// Keys of the view, the lights and the panel. `home` is the scene's own view.
+void follow_view_key(const KeyEvent& event, const render::Camera& home, ViewState& state);
 
 }  // namespace kappamu::app

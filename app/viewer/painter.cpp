@@ -1,9 +1,9 @@
 #include "app/viewer/painter.h"
 
-#include <algorithm>
+#include <array>
+#include <utility>
 
 #include "core/error.h"
-#include "io/volume/volume_file.h"
 
 namespace kappamu::app {
 
@@ -13,9 +13,11 @@ render::Edit Brush::edit(render::Selection where) const {
   if (operation == render::Operation::copy) {
     edit.offset_mm = offset_mm;
   } else {
-    (of == Of::kappa ? edit.kappa : edit.mu) = amount;
+    constexpr std::array amounts{&render::Edit::kappa, &render::Edit::mu, &render::Edit::albedo,
+                                 &render::Edit::mean_free_path_mm};
+    edit.*amounts[static_cast<std::size_t>(of)] = {amount};
   }
-  if (operation == render::Operation::blend) edit.share = 0.5;
+  if (operation == render::Operation::blend) edit.share = share;
   if (!channel.empty()) edit.channels = {channel};
   edit.where = std::move(where);
   return edit;
@@ -23,25 +25,46 @@ render::Edit Brush::edit(render::Selection where) const {
 
 Painter::Painter(const render::Scene& scene, const render::World& world)
     : scene_(scene), world_(world) {
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    if (render::is_editable(scene.objects[i])) editable_.push_back(i);
+  for (const render::WorldObject& object : world.objects()) {
+    surfaces_.push_back({object.boundary.eta, object.roughness});
   }
-  if (!editable_.empty()) in_hand_ = editable_.front();
 }
 
-render::LiveVolume& Painter::volume(std::size_t object) {
-  std::unique_ptr<render::LiveVolume>& volume = volumes_[object];
-  if (!volume) {
-    volume = std::make_unique<render::LiveVolume>(scene_.objects[object], world_.objects()[object]);
+render::EditedObject& Painter::edited(std::size_t object) {
+  std::unique_ptr<render::EditedObject>& edited = edited_[object];
+  if (!edited) {
+    const render::WorldObject& made = world_.objects()[object];
+    const auto folder = folders_.find(object);
+    edited = std::make_unique<render::EditedObject>(
+        scene_.objects[object], made.rest, made.mesh, *made.rays,
+        folder == folders_.end() ? std::nullopt : folder->second.voxel_mm());
   }
-  return *volume;
+  return *edited;
+}
+
+bool Painter::is_homogeneous(std::size_t object) const {
+  if (made(object) != nullptr) return made(object)->history().homogeneous();
+  const render::SceneObject& of = scene_.objects[object];
+  return std::holds_alternative<render::HomogeneousMaterial>(of.material) && !of.edits;
+}
+
+std::array<double, 2> Painter::surface(std::size_t object) const {
+  const render::EditedObject* edited = made(object);
+  if (edited == nullptr) return surfaces_[object];
+  return {edited->history().volume().eta.value_or(surfaces_[object][0]), edited->roughness()};
+}
+
+Eigen::Matrix3d Painter::axes(std::size_t object) {
+  const Eigen::Matrix3d in_object = edited(object).placing().object_from_volume.linear();
+  return world_.objects()[object].world_from_object.rotation * in_object.colwise().normalized();
 }
 
 bool Painter::add_to_stroke(const render::LookAt& look, const Eigen::Vector2d& at) {
   const auto hit = world_.first_hit(look.position(), look.direction(at.x(), at.y()), 0.0);
   if (!hit || (stroked_ && *stroked_ != hit->object)) return false;
-  if (std::find(editable_.begin(), editable_.end(), hit->object) == editable_.end()) return false;
-  volume(hit->object).add_point(*hit, stroke_);
+  const Rigid& world_from_object = world_.objects()[hit->object].world_from_object;
+  stroke_.points_mm.push_back(world_from_object.inverse() * hit->position);
+  stroke_.inward.push_back((world_from_object.rotation.transpose() * -hit->normal).normalized());
   stroked_ = in_hand_ = hit->object;
   return true;
 }
@@ -53,14 +76,24 @@ bool Painter::stroke_through(const render::LookAt& look, const std::vector<Eigen
   for (const Eigen::Vector2d& at : points) added = add_to_stroke(look, at) || added;
   if (!added) return false;
   cancel();
-  render::LiveVolume& painted = volume(*stroked_);
   render::BrushSelection where;
-  where.strokes = painted.in_box(stroke_);
+  where.frame = render::Frame::object;
+  where.strokes = {stroke_};
   where.radius_mm = brush.radius_mm;
   where.depth_mm = brush.depth_mm;
-  where.stretch = painted.stretch();
-  stroke_changes_ = painted.history().try_edit(brush.edit(where)) > 0;
+  where.hardness = brush.hardness;
+  stroke_changes_ = false;  // where the next line throws
+  stroke_changes_ = edited(*stroked_).history().try_edit(brush.edit(where)) > 0;
   return stroke_changes_;
+}
+
+void Painter::take_view(const render::Camera& camera,
+                        render::ProjectionSelection& projection) const {
+  const Rigid object_from_world = world_.objects()[in_hand_].world_from_object.inverse();
+  projection.position_mm = object_from_world * camera.position_mm;
+  projection.target_mm = object_from_world * camera.target_mm;
+  projection.up = (object_from_world.rotation * camera.up).normalized();
+  projection.fov_deg = camera.fov_deg;
 }
 
 Painter::Stroked Painter::end_stroke() {
@@ -69,7 +102,7 @@ Painter::Stroked Painter::end_stroke() {
   if (kept) {
     commit(*stroked_);
   } else {
-    volume(*stroked_).history().try_edit(std::nullopt);
+    edited(*stroked_).history().try_edit(std::nullopt);
   }
   stroked_.reset();
   stroke_ = {};
@@ -78,17 +111,20 @@ Painter::Stroked Painter::end_stroke() {
 }
 
 void Painter::commit(std::size_t object) {
-  volumes_.at(object)->history().commit();
+  edited(object).history().commit();
+  noted(object);
+}
+
+void Painter::noted(std::size_t object) {
   done_.push_back(object);
   undone_.clear();
   changed(object);
 }
 
 void Painter::preview(const render::Edit& edit) {
-  if (!in_hand_) throw InputError("no object here is of measured material");
   require_valid(edit);
   cancel();
-  volume(*in_hand_).history().try_edit(edit);
+  edited(in_hand_).history().try_edit(edit);
   tried_ = in_hand_;
 }
 
@@ -101,16 +137,27 @@ bool Painter::keep() {
 
 bool Painter::cancel() {
   if (!tried_) return false;
-  volumes_.at(*tried_)->history().try_edit(std::nullopt);
+  edited(*tried_).history().try_edit(std::nullopt);
   tried_.reset();
   return true;
+}
+
+render::EditList Painter::list() const {
+  return made(in_hand_) == nullptr ? render::EditList{} : made(in_hand_)->history().list();
+}
+
+bool Painter::change_list(const std::function<std::size_t(render::EditHistory&)>& change) {
+  cancel();
+  const std::size_t voxels = change(edited(in_hand_).history());
+  noted(in_hand_);
+  return voxels > 0;
 }
 
 bool Painter::undo() {
   cancel();
   if (done_.empty()) return false;
   const std::size_t object = done_.back();
-  volumes_.at(object)->history().undo();
+  edited(object).history().undo();
   undone_.push_back(object);
   done_.pop_back();
   changed(object);
@@ -121,7 +168,7 @@ bool Painter::redo() {
   cancel();
   if (undone_.empty()) return false;
   const std::size_t object = undone_.back();
-  volumes_.at(object)->history().redo();
+  edited(object).history().redo();
   done_.push_back(object);
   undone_.pop_back();
   changed(object);
@@ -130,53 +177,60 @@ bool Painter::redo() {
 
 std::map<std::size_t, render::ObjectMedia> Painter::media() const {
   std::map<std::size_t, render::ObjectMedia> media;
-  for (const auto& [object, volume] : volumes_) {
-    if (volume) media.emplace(object, volume->media());
+  for (const auto& [object, edited] : edited_) {
+    if (edited) media.emplace(object, edited->media());
   }
   return media;
 }
 
 void Painter::open(const std::filesystem::path& out) {
   std::map<std::size_t, EditFolder> folders;
-  for (const std::size_t object : editable_) {
-    const auto& material = std::get<render::VolumeMaterial>(scene_.objects[object].material);
-    folders.emplace(object, EditFolder(editable_.size() == 1 ? out : out / name(object),
-                                       io::find_volume(material.volume)));
+  for (std::size_t object = 0; object < objects(); ++object) {
+    folders.emplace(object, EditFolder(objects() == 1 ? out : out / name(object),
+                                       EditSource{&scene_, object, {}}));
   }
-  for (auto& [object, folder] : folders) {
-    if (!folder.has_edits()) continue;
-    if (history(object) != nullptr && history(object)->can_undo()) {
-      throw InputError(out.string() + ": holds other edits already; choose another folder");
+  std::swap(folders, folders_);
+  try {
+    for (auto& [object, folder] : folders_) {
+      if (!folder.has_edits()) continue;
+      if (made(object) != nullptr && made(object)->history().can_undo()) {
+        throw InputError(out.string() + ": holds other edits already; choose another folder");
+      }
+      edited_.erase(object);  // its voxels are those of the folder
+      folder.restore(edited(object));
+      done_.insert(done_.end(), edited(object).history().list().size(), object);
     }
-    folder.restore(volume(object).history());
-    done_.insert(done_.end(), volume(object).history().recipe().edits.size(), object);
+  } catch (...) {
+    std::swap(folders, folders_);
+    throw;
   }
-  folders_ = std::move(folders);
   if (keeps_unsaved_) keep_unsaved();
 }
 
-const render::EditHistory* Painter::history(std::size_t object) const {
-  const auto found = volumes_.find(object);
-  return found == volumes_.end() || !found->second ? nullptr : &found->second->history();
+const render::EditedObject* Painter::made(std::size_t object) const {
+  const auto found = edited_.find(object);
+  return found == edited_.end() ? nullptr : found->second.get();
 }
 
 void Painter::changed(std::size_t object) const {
-  if (keeps_unsaved_ && is_open()) folders_.at(object).keep(history(object)->recipe());
+  if (keeps_unsaved_ && is_open()) folders_.at(object).keep(made(object)->recipe());
 }
 
 void Painter::keep_unsaved() {
   keeps_unsaved_ = true;
-  for (const std::size_t object : editable_) {
-    if (history(object) != nullptr) changed(object);
+  for (std::size_t object = 0; object < objects(); ++object) {
+    if (made(object) != nullptr) changed(object);
   }
 }
 
 bool Painter::unsaved() const {
-  return std::any_of(editable_.begin(), editable_.end(), [&](std::size_t object) {
-    const render::EditHistory* edits = history(object);
-    if (edits == nullptr) return false;
-    return is_open() ? !folders_.at(object).is_saved(edits->recipe()) : edits->can_undo();
-  });
+  for (std::size_t object = 0; object < objects(); ++object) {
+    if (made(object) == nullptr) continue;
+    const bool unsaved = is_open() ? !folders_.at(object).is_saved(made(object)->recipe())
+                                   : made(object)->history().can_undo();
+    if (unsaved) return true;
+  }
+  return false;
 }
 
 std::vector<std::filesystem::path> Painter::unsaved_files() const {
@@ -192,13 +246,12 @@ void Painter::discard() {
   for (const auto& [object, folder] : folders_) folder.discard();
 }
 
-std::vector<std::string> Painter::save(std::vector<std::string>& warnings) {
+std::vector<std::string> Painter::save() {
   std::vector<std::string> files;
   for (auto& [object, folder] : folders_) {
-    if (history(object) == nullptr || folder.is_saved(history(object)->recipe())) continue;
-    const EditedVolume written = folder.save(history(object)->recipe());
-    files.insert(files.end(), written.files.begin(), written.files.end());
-    warnings.insert(warnings.end(), written.warnings.begin(), written.warnings.end());
+    if (made(object) == nullptr || folder.is_saved(made(object)->recipe())) continue;
+    const std::vector<std::string> written = folder.save(edited(object));
+    files.insert(files.end(), written.begin(), written.end());
   }
   return files;
 }

@@ -1,8 +1,10 @@
-// Edits of objects' volumes by hand: strokes of a brush over the picture, tried while the button is
+// Edits of objects by hand: strokes of a brush over the picture, tried while the button is
 // held and kept when it is let go, and edits of regions, tried until they are kept; all are taken
 // back and done again, and none is lost (app/edit/edit_folder.h).
 #pragma once
 
+#include <array>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,52 +13,69 @@
 
 #include "app/edit/edit_folder.h"
 #include "render/live/live_scene.h"
-#include "render/live/live_volume.h"
 #include "render/look_at.h"
 
 namespace kappamu::app {
 
 /// What an edit does.
 struct Brush {
-  enum class Of { kappa, mu };
+  /// The coefficient, or the artist's term, that it is of.
+  enum class Of { kappa, mu, albedo, mean_free_path };
 
   render::Operation operation = render::Operation::multiply;
   Of of = Of::mu;
   double amount = 3.0;  ///< a of render/edit/edit.h: a factor, mm or 1/mm
+  double share = 0.5;   ///< of blend
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of copy
   double radius_mm = 1.0, depth_mm = 1.0;
-  std::string channel;  ///< empty: all
+  double hardness = 0.5;  ///< share of the radius with full weight
+  std::string channel;    ///< empty: all
 
   render::Edit edit(render::Selection where) const;
 };
+inline constexpr Names<Brush::Of, 4> brush_terms{{{"kappa", Brush::Of::kappa},
+                                                  {"mu", Brush::Of::mu},
+                                                  {"albedo", Brush::Of::albedo},
+                                                  {"mean_free_path", Brush::Of::mean_free_path}}};
 
-/// What a person asks of the edits, by a button or a line of a script.
-enum class Asked { nothing, undo, redo, save, preview, keep, cancel };
+/// What a person asks of the edits, by a button or a line of a script. `changed`: a group of the
+/// panel has edited by itself.
+enum class Asked { nothing, undo, redo, save, preview, keep, cancel, changed };
 
 class Painter {
  public:
   /// Keeps references to both.
   Painter(const render::Scene& scene, const render::World& world);
 
-  /// Objects whose material is a volume that lies in them as a solid.
-  const std::vector<std::size_t>& editable() const { return editable_; }
+  std::size_t objects() const { return scene_.objects.size(); }
   const std::string& name(std::size_t object) const { return scene_.objects[object].name; }
-  /// The object that regions and slices are of: the one painted last, at first the first that is
-  /// editable.
-  std::optional<std::size_t> in_hand() const { return in_hand_; }
+  /// The object that regions, materials and slices are of: the one painted last, at first the
+  /// first.
+  std::size_t in_hand() const { return in_hand_; }
   void take(std::size_t object) { in_hand_ = object; }
-  /// Of an editable object; read when first asked for.
-  render::LiveVolume& volume(std::size_t object);
+  /// Made when first asked for, which reads its volume.
+  render::EditedObject& edited(std::size_t object);
+  /// None: not made yet.
+  const render::EditedObject* made(std::size_t object) const;
+  /// Of one material all through, as it is now.
+  bool is_homogeneous(std::size_t object) const;
+  /// η and roughness, as they are now.
+  std::array<double, 2> surface(std::size_t object) const;
+  /// Directions of the volume's axes in the world: columns x, y, z.
+  Eigen::Matrix3d axes(std::size_t object);
 
   /// Goes on with the stroke, or begins one, through points (x, y) in [0, 1]² of the picture, from
-  /// its top left corner. Whether voxels changed. Beside objects, and on those without a volume,
-  /// there is nothing to paint. Throws InputError naming a value of `brush` that no recipe may
-  /// have.
+  /// its top left corner. Whether voxels changed. Beside objects there is nothing to paint. Throws
+  /// InputError naming a value of `brush` that no recipe may have.
   bool stroke_through(const render::LookAt& look, const std::vector<Eigen::Vector2d>& points,
                       const Brush& brush);
   /// How a stroke ended.
   enum class Stroked { none, nothing_changed, kept };
   Stroked end_stroke();
+
+  /// Throws an image from where the camera is, over the picture's height, in the frame of the
+  /// object in hand; image and depths stay.
+  void take_view(const render::Camera& camera, render::ProjectionSelection& projection) const;
 
   /// Tries an edit of the object in hand, in place of the one on trial. Throws InputError as
   /// stroke_through().
@@ -65,6 +84,11 @@ class Painter {
   /// Keeps the edit on trial, or takes it back. Whether there was one.
   bool keep();
   bool cancel();
+
+  /// Edits done to the object in hand.
+  render::EditList list() const;
+  /// Edits the list of the object in hand. Whether the object changed.
+  bool change_list(const std::function<std::size_t(render::EditHistory&)>& change);
 
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }
@@ -76,7 +100,7 @@ class Painter {
   std::map<std::size_t, render::ObjectMedia> media() const;
 
   /// Edits are saved to `out`, or to a folder of the object's name there where the scene has
-  /// several editable objects. What lies there of an earlier window and is not replaced by edits of
+  /// several objects. What lies there of an earlier window and is not replaced by edits of
   /// this one is done again. Throws InputError as EditFolder, or where both have edits.
   void open(const std::filesystem::path& out);
   bool is_open() const { return !folders_.empty(); }
@@ -87,22 +111,21 @@ class Painter {
   /// Writes what is not saved where the next window finds it, after every change from now on.
   void keep_unsaved();
   void discard();
-  /// Writes the volume and recipe of each object with edits since the last saving. Names of files;
-  /// warnings are added.
-  std::vector<std::string> save(std::vector<std::string>& warnings);
+  /// Writes each object with edits since the last saving. Names of the files.
+  std::vector<std::string> save();
 
  private:
   /// Whether the point is on the object under the stroke, or begins one.
   bool add_to_stroke(const render::LookAt& look, const Eigen::Vector2d& at);
   void commit(std::size_t object);
   void changed(std::size_t object) const;
-  const render::EditHistory* history(std::size_t object) const;
+  void noted(std::size_t object);
 
   const render::Scene& scene_;
   const render::World& world_;
-  std::vector<std::size_t> editable_;
-  std::optional<std::size_t> in_hand_;
-  std::map<std::size_t, std::unique_ptr<render::LiveVolume>> volumes_;
+  std::vector<std::array<double, 2>> surfaces_;  ///< of unedited objects: η, roughness
+  std::size_t in_hand_ = 0;
+  std::map<std::size_t, std::unique_ptr<render::EditedObject>> edited_;
   std::map<std::size_t, EditFolder> folders_;
   bool keeps_unsaved_ = false;
   std::vector<std::size_t> done_, undone_;  ///< objects, edit by edit

@@ -17,6 +17,8 @@ inline const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
 /// Of the docked panel and of the line of state [px at scale 1].
 constexpr float panel_width = 320.0F, status_height = 26.0F;
 
+class Shaping;
+
 /// What the panel states.
 struct PanelNumbers {
   const render::LiveAnswer* answer = nullptr;  ///< that the picture shows; none yet
@@ -40,8 +42,12 @@ std::unique_ptr<PanelGroup> light_group();
 std::unique_ptr<PanelGroup> view_group(bool photographs);
 /// The model among `models`, and what its last answer cost.
 std::unique_ptr<PanelGroup> model_group(std::vector<std::string> models);
+/// Deformations of the objects and the brush that makes them. Keeps a reference.
+std::unique_ptr<PanelGroup> shape_group(Shaping& shaping);
 /// The tool, what an edit does and where. Keeps a reference.
 std::unique_ptr<PanelGroup> edit_group(Painter& painter);
+/// The material of all of the object in hand, and its surface. Keeps a reference.
+std::unique_ptr<PanelGroup> material_group(Painter& painter);
 
 using PanelGroups = std::vector<std::unique_ptr<PanelGroup>>;
 

@@ -15,6 +15,8 @@ render::Selection Region::selection() const {
       return depth;
     case Kind::box:
       return box;
+    case Kind::projection:
+      return projection;
     case Kind::texture:
       return texture;
     default:

@@ -12,7 +12,7 @@
 namespace kappamu::app {
 
 /// What dragging with the left button does.
-enum class Tool { orbit, brush };
+enum class Tool { orbit, brush, shape };
 
 /// A slice through a volume.
 struct Slice {
@@ -28,13 +28,15 @@ struct Photograph {
   int number = 0;  ///< from 0
 };
 
-/// Where an edit is done that is no stroke: of each kind, what a person has set.
+/// Where an edit is done that is no stroke: of each kind, what a person has set. Depths and boxes
+/// are of the object's frame.
 struct Region {
-  enum class Kind { stroke, all, depth, box, texture };
+  enum class Kind { stroke, all, depth, box, projection, texture };
 
   Kind kind = Kind::stroke;
-  render::DepthSelection depth;
-  render::BoxSelection box;
+  render::DepthSelection depth{.frame = render::Frame::object};
+  render::BoxSelection box{.frame = render::Frame::object};
+  render::ProjectionSelection projection;
   render::TextureSelection texture;
 
   render::Selection selection() const;  ///< not of strokes
@@ -45,6 +47,11 @@ struct Region {
 struct PictureArea {
   float x = 0.0F, y = 0.0F, width = 1.0F, height = 1.0F;
   double aspect() const { return static_cast<double>(width) / static_cast<double>(height); }
+  /// A point of the window in [0, 1]² of the picture, from its top left corner.
+  Eigen::Vector2d in_picture(double window_x, double window_y) const {
+    return {(window_x - static_cast<double>(x)) / static_cast<double>(width),
+            (window_y - static_cast<double>(y)) / static_cast<double>(height)};
+  }
 };
 
 /// Views along the world's axes: from +z, +x and +y.

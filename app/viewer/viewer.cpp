@@ -21,6 +21,8 @@
 #include "app/viewer/panel/photographs.h"
 #include "app/viewer/panel/slice_window.h"
 #include "app/viewer/script/script_player.h"
+#include "app/viewer/shaping.h"
+#include "app/viewer/strokes.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"
 #include "core/error.h"
@@ -72,6 +74,7 @@ class Viewer {
         player_(options),
         live_(live),
         editing_(scene, live.world(), options, [this] { ask(); }),
+        shaping_(scene, live.world()),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
@@ -90,7 +93,9 @@ class Viewer {
     state_.zoom(std::max(1.0, film_aspect / state_.area.aspect()));
     groups_.push_back(light_group());
     groups_.push_back(view_group(photograph_count() > 0));
-    if (editing_.painter().in_hand()) groups_.push_back(edit_group(editing_.painter()));
+    groups_.push_back(shape_group(shaping_));
+    groups_.push_back(edit_group(editing_.painter()));
+    groups_.push_back(material_group(editing_.painter()));
     groups_.push_back(model_group(render::live_models(live.world())));
     ask();
   }
@@ -125,6 +130,7 @@ class Viewer {
     times_.light_ms = median(light_ms_);
     times_.model_ms = median(model_ms_);
     times_.frame_ms = median(frame_ms_);
+    for (const auto& [mode, milliseconds] : shape_ms_) times_.shape_ms[mode] = median(milliseconds);
     if (answer_) times_.last = *std::exchange(answer_, std::nullopt);
     times_.saved = editing_.saved();
     times_.warnings = editing_.warnings();
@@ -136,7 +142,7 @@ class Viewer {
 
   void ask(const std::string& model = "") {
     if (!model.empty()) chosen_ = model;
-    answers_.ask({state_.lights, editing_.painter().media(), chosen_});
+    answers_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
   bool working() const { return answers_.waiting() || answers_.refining(); }
@@ -155,6 +161,14 @@ class Viewer {
     if (!answer_->refused.empty()) chosen_.clear();
     state_.model = answer_->model;
     if (times_.first_light_s == 0.0) times_.first_light_s = options_.started.seconds();
+    if (!answer_->moved.empty()) {
+      live_.show(*answer_);
+      canvas_.set_geometry(corners_.geometry());
+    }
+    shaping_.take(*answer_);
+    if (options_.script && !answer_->shape_refused.empty()) {
+      throw InputError(options_.script->string() + ": " + answer_->shape_refused);
+    }
     canvas_.set_light(corners_.light(*answer_));
     if (!exposure_given_) {
       state_.exposure = render::usual_exposure(live_.world(), *answer_, state_.camera.position_mm);
@@ -163,11 +177,9 @@ class Viewer {
     ++times_.answers;
     light_ms_.push_back(answer_->light_ms);
     model_ms_.push_back(answer_->model_ms);
+    if (answer_->mode != "static") shape_ms_[answer_->mode].push_back(answer_->total_ms());
     return true;
   }
-
-  /// The panel counts the seconds of a long answer.
-  bool label_changes() const { return working() && since_drawn_.seconds() > label_period_s; }
 
   void lay_out(int width, int height) {
     state_.docked = !options_.script || width >= least_docked_px;
@@ -229,13 +241,13 @@ class Viewer {
     if (!options_.script) {
       if (state_.keys_shown) draw_keys(state_);
       mouse_.follow(state_);
-      follow_brush();
+      strokes_.follow(window_.take_pointer_events(), mouse_, state_);
       follow_keys();
       for (const std::string& file : window_.take_dropped()) open(file);
       if (closing_) close(draw_closing_question());
     }
     if (model != state_.model) ask(state_.model);
-    if (std::exchange(state_.lights_changed, false)) ask();
+    if (std::exchange(state_.lights_changed, false) || shaping_.take_change()) ask();
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   }
@@ -249,52 +261,13 @@ class Viewer {
     const PanelNumbers numbers{answer_ ? &*answer_ : nullptr, last_frame_ms_,
                                note_.empty() ? editing_.note() : note_};
     editing_.obey_panel(draw_panel(groups_, numbers, state_), state_);
-    Painter& painter = editing_.painter();
-    if (const auto edited = painter.in_hand(); state_.slice.shown && edited) {
-      const render::LiveVolume& volume = painter.volume(*edited);
-      slices_.draw(volume.history().volume(), volume.axes(), first_camera_, state_.slice);
+    if (state_.slice.shown) {
+      Painter& painter = editing_.painter();
+      const std::size_t edited = painter.in_hand();
+      slices_.draw(painter.edited(edited).history().volume(), painter.axes(edited), first_camera_,
+                   state_.slice);
     }
     if (state_.photograph.shown) photographs_->draw(state_.photograph);
-  }
-
-  /// The brush follows the pressed left button over the picture, through every position that the
-  /// pointer had.
-  void follow_brush() {
-    const bool brush = state_.tool == Tool::brush && state_.region.kind == Region::Kind::stroke;
-    std::vector<Eigen::Vector2d> points;
-    for (const PointerEvent& event : window_.take_pointer_events()) {
-      if (event.pressed) {
-        stroking_ = brush && !mouse_.holds_light() && !ImGui::GetIO().WantCaptureMouse;
-      }
-      if (stroking_) points.push_back(in_picture(event.x, event.y));
-      if (event.left || !stroking_) continue;
-      paint(std::exchange(points, {}));
-      editing_.end_stroke();
-      stroking_ = false;
-    }
-    if (!points.empty()) paint(points);
-    if (brush && !ImGui::GetIO().WantCaptureMouse) show_ring();
-  }
-
-  /// In [0, 1]² of the picture.
-  Eigen::Vector2d in_picture(double x, double y) const {
-    const PictureArea& area = state_.area;
-    return {(x - static_cast<double>(area.x)) / static_cast<double>(area.width),
-            (y - static_cast<double>(area.y)) / static_cast<double>(area.height)};
-  }
-
-  void show_ring() const {
-    const ImVec2 mouse = ImGui::GetMousePos();
-    const Eigen::Vector2d at =
-        in_picture(static_cast<double>(mouse.x), static_cast<double>(mouse.y));
-    const render::LookAt look = state_.look(state_.area.aspect());
-    const Eigen::Vector3d direction = look.direction(at.x(), at.y());
-    const auto hit = live_.world().first_hit(look.position(), direction, 0.0);
-    if (hit) draw_brush_ring(state_, hit->distance * direction.dot(look.forward()));
-  }
-
-  void paint(const std::vector<Eigen::Vector2d>& points) {
-    editing_.stroke_through(state_.look(state_.area.aspect()), points, state_.brush);
   }
 
   void follow_keys() {
@@ -307,7 +280,7 @@ class Viewer {
         if (event.key == GLFW_KEY_Y) editing_.obey(Asked::redo, state_.edits);
         if (event.key == GLFW_KEY_S) editing_.obey(Asked::save, state_.edits);
       }
-      follow_view_key(event, first_camera_, editing_.painter().in_hand().has_value(), state_);
+      follow_view_key(event, first_camera_, state_);
     }
   }
 
@@ -351,11 +324,13 @@ class Viewer {
     if (done_) return;
     Stage stage{state_,
                 editing_,
+                shaping_,
                 photograph_count(),
                 [this] { ask(); },
                 [this](const std::string& model) { ask(model); },
                 [this](const std::filesystem::path& file) { write_screenshot(file); }};
     player_.play(stage);
+    if (shaping_.take_change()) ask();
   }
 
   void write_screenshot(const std::filesystem::path& file) {
@@ -370,12 +345,12 @@ class Viewer {
   ScriptPlayer player_;
   render::LiveScene& live_;
   Editing editing_;
+  Shaping shaping_;
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
-  bool worked_ = false;    ///< at the last look
-  bool stroking_ = false;  ///< the pressed button leads the brush
-  bool closing_ = false;   ///< it is asked what becomes of unsaved edits
+  bool worked_ = false;   ///< at the last look
+  bool closing_ = false;  ///< it is asked what becomes of unsaved edits
   Window window_;
   PanelGroups groups_;
   render::LitCorners corners_;
@@ -384,11 +359,13 @@ class Viewer {
   Stopwatch since_drawn_;
   double last_frame_ms_ = 0.0;
   std::vector<double> light_ms_, model_ms_, frame_ms_;
+  std::map<std::string, std::vector<double>> shape_ms_;  ///< answers to shapes that moved, by mode
   ViewerTimes times_;
   SliceWindow slices_;
   std::optional<PhotographWindow> photographs_;
   std::string title_, chosen_, note_;
   Mouse mouse_;
+  Strokes strokes_{editing_, shaping_};
   Stopwatch played_;  ///< since the light in hand turned
   Answers answers_;
 };

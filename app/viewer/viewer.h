@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,7 +29,8 @@ struct ViewerOptions {
 struct ViewerTimes {
   int answers = 0, frames = 0;
   double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
-  double first_picture_s = 0.0, first_light_s = 0.0;      ///< since the command began
+  std::map<std::string, double> shape_ms{};  ///< answers to shapes that moved, by [M]'s mode
+  double first_picture_s = 0.0, first_light_s = 0.0;  ///< since the command began
   double settled_s = 0.0;  ///< when the first answer was as exact as asked
   render::LiveAnswer last;
   std::vector<std::string> screenshots, saved, warnings;

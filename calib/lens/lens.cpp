@@ -9,6 +9,15 @@ Eigen::Vector2d Lens::project(const Eigen::Vector3d& point_in_camera) const {
   return calib::project<double>(focal_centre.data(), distortion.data(), point_in_camera);
 }
 
+Lens Lens::of_part(const Region& part) const {
+  Lens lens = *this;
+  lens.width = part.width;
+  lens.height = part.height;
+  lens.cx -= part.left;
+  lens.cy -= part.top;
+  return lens;
+}
+
 Eigen::Matrix2d distortion_jacobian(const double* distortion, const Eigen::Vector2d& normalised) {
   const double k1 = distortion[0];
   const double k2 = distortion[1];

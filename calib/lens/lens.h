@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/numbers/region.h"
+
 namespace kappamu::calib {
 
 /// Pixel of a direction: x' = X/Z, y' = Y/Z, r² = x'² + y'²,
@@ -29,6 +31,9 @@ struct Lens {
   /// distortion; |project(unproject(p)) - p| < 1e-9 px wherever the distortion is one-to-one.
   /// Beyond that (far outside the image) the result is the last iterate.
   Eigen::Vector3d unproject(const Eigen::Vector2d& pixel) const;
+
+  /// The lens of a part of the picture: pixels are counted from the part's first one.
+  Lens of_part(const Region& part) const;
 
   /// Whether the pixel lies on the sensor, `margin` pixels away from its edge.
   bool contains(const Eigen::Vector2d& pixel, double margin = 0.0) const {

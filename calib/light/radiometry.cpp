@@ -98,7 +98,9 @@ class FaceMeans {
 /// Mean signal of the good pixels of a quadrilateral; nothing if fewer than half are good.
 std::optional<double> mean_signal(const capture::HdrImage& image,
                                   const std::array<Eigen::Vector2d, 4>& corners, int channel) {
-  const auto pixels = pixels_inside(corners, image.radiance.width(), image.radiance.height());
+  std::array<Eigen::Vector2d, 4> here = corners;
+  for (Eigen::Vector2d& corner : here) corner -= Eigen::Vector2d(image.left, image.top);
+  const auto pixels = pixels_inside(here, image.radiance.width(), image.radiance.height());
   double sum = 0.0;
   std::size_t good = 0;
   for (const auto& [x, y] : pixels) {
@@ -124,7 +126,8 @@ WhiteReference measure_white(const capture::HdrImage& white,
                              const Lens& camera, const Rigid& camera_from_sample,
                              const GridShape& grid, Face lit_face, const std::string& name) {
   const int channels = white.radiance.channels();
-  const std::vector<FacePixel> pixels = pixels_of_face(camera, camera_from_sample, grid, lit_face);
+  const std::vector<FacePixel> pixels =
+      pixels_of_face(camera.of_part(white.place()), camera_from_sample, grid, lit_face);
   WhiteReference result;
   Terms flat = Terms::Zero();
   double white_sum = 0.0;
@@ -186,7 +189,8 @@ WhiteReference measure_white(const capture::HdrImage& white,
 std::vector<FaceMap> ratio_on_face(const capture::HdrImage& other, const capture::HdrImage& picture,
                                    const Lens& camera, const Rigid& camera_from_sample,
                                    const GridShape& grid, Face lit_face) {
-  const std::vector<FacePixel> pixels = pixels_of_face(camera, camera_from_sample, grid, lit_face);
+  const std::vector<FacePixel> pixels =
+      pixels_of_face(camera.of_part(picture.place()), camera_from_sample, grid, lit_face);
   std::vector<FaceMap> maps;
   for (int c = 0; c < picture.radiance.channels(); ++c) {
     FaceMeans means(face_shape(grid, lit_face));
@@ -203,7 +207,8 @@ std::vector<FaceMap> ratio_on_face(const capture::HdrImage& other, const capture
 std::vector<double> centre_signal(const capture::HdrImage& target, const FlatField& flat,
                                   const Lens& camera, const Rigid& camera_from_sample,
                                   const GridShape& grid, Face lit_face, const std::string& name) {
-  const std::vector<FacePixel> pixels = pixels_of_face(camera, camera_from_sample, grid, lit_face);
+  const std::vector<FacePixel> pixels =
+      pixels_of_face(camera.of_part(target.place()), camera_from_sample, grid, lit_face);
   std::vector<double> signals;
   for (int c = 0; c < target.radiance.channels(); ++c) {
     double signal = 0.0;

@@ -55,6 +55,8 @@ struct WhiteReference {
   std::optional<double> smooth_error, level_error;
 };
 
+/// Pictures may be parts of the camera's (HdrImage::left, top), of one scene the same part.
+///
 /// `white` and `black` (optional) are pictures of the target from the calibration station,
 /// `camera_from_sample` the sample's pose there. Throws InputError naming `name` if most of the lit
 /// face is saturated or out of the picture.

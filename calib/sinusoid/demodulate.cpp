@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -24,9 +25,14 @@ Demodulated empty_result(int width, int height) {
   return {zero, zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1)};
 }
 
-/// Amplitude of the wave of `cycles` times the phase in `map`, over `scale`; a Hann window keeps
-/// slow structure out.
-double wave_in(const Image<float>& map, const Demodulated& at, int cycles, double scale) {
+/// Periods across the picture by which a neighbouring wave differs: beyond the main lobe of a Hann
+/// window, 2.
+constexpr double apart = 3.0;
+
+/// Amplitude in `map` of the wave of `cycles` times the phase, with `more` periods across the
+/// picture's width and height; a Hann window keeps slow structure out.
+double wave_in(const Image<float>& map, const Demodulated& at, int cycles,
+               const std::array<double, 2>& more) {
   const auto hann = [](int i, int n) {
     const double s = std::sin(std::numbers::pi * (i + 0.5) / n);
     return s * s;
@@ -46,11 +52,22 @@ double wave_in(const Image<float>& map, const Demodulated& at, int cycles, doubl
   if (weights == 0.0) return 0.0;
   mean /= weights;
   over_valid([&](int x, int y, double weight) {
-    const double phase = cycles * at.phase(x, y);
+    const double phase =
+        cycles * at.phase(x, y) + two_pi * (more[0] * x / map.width() + more[1] * y / map.height());
     c += weight * (map(x, y) - mean) * std::cos(phase);
     s += weight * (map(x, y) - mean) * std::sin(phase);
   });
-  return 2.0 * std::hypot(c, s) / weights / scale;
+  return 2.0 * std::hypot(c, s) / weights;
+}
+
+/// The same of a wave that stands out: an edge of the sample is in the neighbouring waves too.
+double standing_wave(const Image<float>& map, const Demodulated& at, int cycles, double scale) {
+  double neighbour = 0.0;
+  for (const std::array<double, 2>& more : {std::array{apart, 0.0}, std::array{-apart, 0.0},
+                                            std::array{0.0, apart}, std::array{0.0, -apart}}) {
+    neighbour = std::max(neighbour, wave_in(map, at, cycles, more));
+  }
+  return std::max(0.0, wave_in(map, at, cycles, {0.0, 0.0}) - neighbour) / scale;
 }
 
 double mean_of(const Image<float>& map, const Image<std::uint8_t>& mask) {
@@ -110,11 +127,11 @@ Demodulated demodulate_phases(std::span<const Image<float>> pictures,
   if (harmonics == 2 && first > 0.0) result.second_harmonic = second / first;
   const double scale = mean_of(result.amplitude, mask);
   if (scale > 0.0) {
-    result.stripes =
-        std::max({wave_in(result.mean, result, 1, scale), wave_in(result.mean, result, 3, scale),
-                  wave_in(result.amplitude, result, 1, scale)});
+    result.stripes = std::max({standing_wave(result.mean, result, 1, scale),
+                               standing_wave(result.mean, result, 3, scale),
+                               standing_wave(result.amplitude, result, 1, scale)});
     // Three phases cannot tell the second harmonic from the first: it beats in the amplitude.
-    if (n == 3) result.second_harmonic = wave_in(result.amplitude, result, 3, scale);
+    if (n == 3) result.second_harmonic = standing_wave(result.amplitude, result, 3, scale);
   }
   return result;
 }

@@ -33,9 +33,9 @@ struct Demodulated {
 
 /// One picture for each of three or more phases [rad], least squares at every pixel: the mean, the
 /// first harmonic and from five phases on the second. Stripes are what varies with the demodulated
-/// phase: light that drifts between the phases leaves them at one cycle of mean and amplitude, the
-/// projector's third harmonic at three of the mean. Throws InputError where the phases do not
-/// determine the amplitude.
+/// phase more than its neighbours: light that drifts between the phases leaves them at one cycle of
+/// mean and amplitude, the projector's third harmonic at three of the mean. Throws InputError where
+/// the phases do not determine the amplitude.
 Demodulated demodulate_phases(std::span<const Image<float>> pictures,
                               std::span<const double> phases, const Image<std::uint8_t>& mask);
 

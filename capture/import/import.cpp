@@ -31,12 +31,15 @@ void copy_into(const fs::path& folder, const std::string& file, const fs::path& 
   if (fs::symlink_status(target, error).type() != fs::file_type::not_found) {
     if (same_content(source, target)) return;
     throw InputError(target.string() + ": is there already and another file than " +
-                     source.string() + "; move it elsewhere or choose another session folder (-o)");
+                         source.string() + "; move it elsewhere or choose another session folder",
+                     {{"out"}});
   }
   if (!leads_inside(folder, file)) {
-    throw InputError(target.string() +
-                     ": lies behind a link out of the session folder; remove the link or choose "
-                     "another session folder (-o)");
+    throw InputError(
+        target.string() +
+            ": lies behind a link out of the session folder; remove the link or choose "
+            "another session folder",
+        {{"out"}});
   }
   io::write_atomically(target,
                        [&](const fs::path& temporary) { fs::copy_file(source, temporary); });
@@ -254,7 +257,8 @@ Session import_session(const ImportOptions& options, Progress& progress) {
   const Session plan = read_session(options.plan);
   if (fs::exists(options.out / "session.json")) {
     throw InputError((options.out / "session.json").string() +
-                     ": is there already; move it elsewhere or choose another session folder (-o)");
+                         ": is there already; move it elsewhere or choose another session folder",
+                     {{"out"}});
   }
   std::vector<Photograph> photographs =
       find_photographs({options.photographs, options.table, options.links, options.plan}, progress);

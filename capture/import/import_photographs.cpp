@@ -228,7 +228,7 @@ int read_camera(const fs::path& photograph, Camera& camera) {
     return raw.layout ? 3 : 1;
   }
   camera.white_level.reset();
-  if (is_float_frame({photograph.string(), 0.0})) {
+  if (io::is_float_image(photograph)) {
     camera.encoding = Encoding::linear;
     return take_size(io::read_float_image(photograph));
   }

@@ -22,7 +22,7 @@ void describe_camera(const fs::path& photograph, Session& session) {
   Camera& camera = session.camera;
   if (read_camera(photograph, camera) == 1) session.channels = {"Y"};
   const Frame frame{photograph.filename().string(), 1.0};
-  if (is_raw_frame(session, frame) || is_float_frame(frame)) return;
+  if (is_raw_frame(session, frame) || is_float_frame(session, frame)) return;
   const Image<std::uint16_t> codes = io::read_code_image(photograph);
   const int largest = *std::max_element(codes.values().begin(), codes.values().end());
   camera.bit_depth = 8;
@@ -99,6 +99,14 @@ Session bracket_session(const PhotographSource& source, Encoding encoding, Progr
   if (bracket.frames.size() < 2) {
     throw InputError(source.folder.string() + ": holds " + std::to_string(bracket.frames.size()) +
                      " photographs of a scene; a bracket has at least two exposure times.");
+  }
+  const bool floats = is_float_frame(session, bracket.frames.back());
+  for (const Frame& frame : bracket.frames) {
+    if (is_float_frame(session, frame) == floats) continue;
+    throw InputError((session.folder / frame.file).string() + ": holds " +
+                     (floats ? "codes, and others of the bracket hold floats"
+                             : "floats, and others of the bracket hold codes") +
+                     "; save all photographs in one format.");
   }
   describe_camera(lit.back().path, session);
   session.patterns.push_back(std::move(bracket));

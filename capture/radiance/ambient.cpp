@@ -12,8 +12,8 @@ constexpr std::uint8_t unusable = pixel_saturated | pixel_missing;
 }  // namespace
 
 void take_off(const HdrImage& off, HdrImage& picture) {
-  check(off.radiance.size() == picture.radiance.size(),
-        "pictures with the projector on and off have one size");
+  check(off.place() == picture.place(),
+        "pictures with the projector on and off show one part of the camera's");
   for (std::size_t i = 0; i < picture.radiance.size(); ++i) {
     picture.radiance.values()[i] -= off.radiance.values()[i];
     picture.variance.values()[i] += off.variance.values()[i];

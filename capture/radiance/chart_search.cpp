@@ -159,8 +159,9 @@ std::optional<ChartPlace> find_chart_place(const Image<std::uint16_t>& codes, En
 std::optional<ChartPlace> find_chart_place(const Session& session, const Stack& stack) {
   std::optional<ChartPlace> best;
   for (const Frame& frame : stack) {
-    // EXR frames come out linear, whatever the session's encoding.
-    const Encoding encoding = is_float_frame(frame) ? Encoding::linear : session.camera.encoding;
+    // Float frames come out linear, whatever the session's encoding.
+    const Encoding encoding =
+        is_float_frame(session, frame) ? Encoding::linear : session.camera.encoding;
     const auto place = find_chart_place(load_frame(session, frame), encoding);
     if (place && (!best || place->patches > best->patches)) best = place;
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/image.h"
+#include "core/numbers/region.h"
 
 namespace kappamu::capture {
 
@@ -20,6 +21,9 @@ struct HdrImage {
       radiance;  ///< [y][x][channel], in full scales per second: linear signal / exposure time
   Image<float> variance;      ///< variance of radiance
   Image<std::uint8_t> flags;  ///< [y][x][channel], PixelFlag bits
+  int left = 0, top = 0;  ///< [px] of its first pixel in the camera's picture, where it is a part
+
+  Region place() const { return {left, top, radiance.width(), radiance.height()}; }
 };
 
 }  // namespace kappamu::capture

@@ -9,6 +9,7 @@
 #include "capture/radiance/steadiness.h"
 #include "capture/response/exposed_frame.h"
 #include "capture/response/radiometry.h"
+#include "capture/session/frames.h"
 #include "capture/session/session.h"
 
 namespace kappamu::capture {
@@ -26,7 +27,14 @@ struct MergeOptions {
   /// shifted ones are moved back (capture/radiance/align.h), pixels that one of them did not see
   /// are flagged missing, and what differs after that is refused.
   OnFault on_motion = OnFault::refuse;
+  /// merge_stack() only: the part of the picture that is read, compared and merged, its edges on
+  /// multiples of merged_grid_px or the picture's own.
+  Part part;
 };
+
+/// Blocks of capture/radiance/steadiness.h, of each of a mosaic's four kinds of site, lie the same
+/// in a part as in the whole.
+inline constexpr int merged_grid_px = 8;
 
 /// Radiance in full scales per second. Unbiased in the dark: black-subtracted values keep their
 /// sign and no weight depends on a pixel's own noisy code. Where a pixel is flagged

@@ -169,12 +169,13 @@ class StackMerger {
 // of the picture, what makes the picture of their merge).
 template <class Act>
 auto with_frames(const Session& session, const Stack& stack, const Radiometry& radiometry,
-                 const Act& act) {
+                 const Part& part, const Act& act) {
   const auto unchanged = [](HdrImage image) { return image; };
-  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float_frame)) {
+  const auto is_float = [&](const Frame& frame) { return is_float_frame(session, frame); };
+  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float)) {
     std::vector<ExposedFloatFrame> frames;
     for (const Frame& frame : stack) {
-      frames.push_back({load_float_frame(session, frame), frame.exposure_s});
+      frames.push_back({load_float_frame(session, frame, part), frame.exposure_s});
     }
     return act(std::move(frames), radiometry, 1.0, unchanged);
   }
@@ -182,14 +183,14 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
   const auto is_raw = [&](const Frame& frame) { return is_raw_frame(session, frame); };
   if (stack.empty() || !std::all_of(stack.begin(), stack.end(), is_raw)) {
     for (const Frame& frame : stack) {
-      frames.push_back({load_frame(session, frame), frame.exposure_s});
+      frames.push_back({load_frame(session, frame, part), frame.exposure_s});
     }
     return act(std::move(frames), radiometry, 1.0, unchanged);
   }
   // In the Bayer domain: each site's own codes are merged, their radiance is demosaiced.
   std::optional<io::BayerLayout> layout;
   for (const Frame& frame : stack) {
-    io::RawImage raw = load_raw_frame(session, frame);
+    io::RawImage raw = load_raw_frame(session, frame, part);
     if (!frames.empty() && raw.layout != layout) {
       throw InputError((session.folder / frame.file).string() +
                        ": its Bayer pattern begins with another colour than that of " +
@@ -209,7 +210,7 @@ std::vector<Fault> find_stack_faults(const Session& session, const Stack& stack,
                                      const Radiometry& radiometry) {
   const std::string label;
   return with_frames(
-      session, stack, radiometry,
+      session, stack, radiometry, {},
       [&](auto frames, const Radiometry& of_frames, double pitch, const auto&) {
         return StackMerger(session, stack, label, std::move(frames)).faults(of_frames, pitch);
       });
@@ -219,13 +220,17 @@ HdrImage merge_stack(const Session& session, const Stack& stack, const std::stri
                      const Radiometry& radiometry, const MergeOptions& options,
                      std::vector<std::string>* notes) {
   return with_frames(
-      session, stack, radiometry,
+      session, stack, radiometry, options.part,
       [&](auto frames, const Radiometry& of_frames, double pitch, const auto& picture) {
         StackMerger merger(session, stack, label, std::move(frames));
         merger.refuse_copies();
         merger.settle_faults(of_frames, options, pitch, notes);
         HdrImage image = picture(merge_frames(merger.frames(), of_frames, merger.name(), options));
         for (const std::array<double, 2>& shift : merger.shifts()) flag_unseen(shift, image);
+        if (options.part) {
+          image.left = options.part->left;
+          image.top = options.part->top;
+        }
         return image;
       });
 }

@@ -118,7 +118,13 @@ DarkLevel level_at_no_exposure(const Image<std::uint16_t>& shorter, double t1,
   }
   const double level = upper_median(levels);
   for (const double value : levels) distances.push_back(std::abs(value - level));
-  return {std::max(level, 0.0), deviations_per_median_distance * upper_median(distances)};
+  const double deviation = deviations_per_median_distance * upper_median(distances);
+  // Below zero beyond chance, the exposures contradict each other. Their spread is then no noise,
+  // which would hide the contradiction from the check of frames.
+  constexpr double certain = 5.0, of_a_median = 1.2533;
+  const double standard_error = of_a_median * deviation / std::sqrt(static_cast<double>(darkest));
+  if (level < -certain * standard_error) return {0.0, rounding};
+  return {std::max(level, 0.0), deviation};
 }
 
 }  // namespace

@@ -72,7 +72,9 @@ void find_noise(const Session& session, const std::vector<DarkLevel>& dark, Radi
                 Progress& progress) {
   const Camera& camera = session.camera;
   const Stack& stack = session.patterns[session.patterns.size() / 2].frames;
-  const bool floats = std::any_of(stack.begin(), stack.end(), is_float_frame);
+  const bool floats = std::any_of(stack.begin(), stack.end(), [&](const Frame& frame) {
+    return is_float_frame(session, frame);
+  });
   std::vector<ExposedFrame> frames;
   if (!camera.electrons_full_scale && !floats) frames = load_stack(session, stack);
   for (std::size_t c = 0; c < session.channels.size(); ++c) {

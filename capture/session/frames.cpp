@@ -9,6 +9,7 @@
 #include "capture/session/filled_border.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/shown_text.h"
 #include "io/image/image_file.h"
 #include "io/image/orientation.h"
 
@@ -66,6 +67,16 @@ void check_shape(const Session& session, const std::filesystem::path& path,
         std::to_string(session.channels.size()) + (has_file(session) ? " in channels" : "") +
         "; make the two agree.");
   }
+  if (frame.bits == 8 && session.camera.bit_depth > 8) {
+    throw InputError(
+        path.string() + ": the frame is stored with 8 bits per channel, " +
+        (has_file(session)
+             ? shown_session(session) +
+                   " says camera.bit_depth = " + std::to_string(session.camera.bit_depth) +
+                   "; correct bit_depth, or save the frame again as the camera gave it."
+             : "another photograph with 16; save all with the same number of bits, as "
+               "the camera gave them."));
+  }
 }
 
 void check_codes(const Session& session, const std::filesystem::path& path,
@@ -76,11 +87,18 @@ void check_codes(const Session& session, const std::filesystem::path& path,
     throw InputError(
         path.string() + ": the frame holds code " + std::to_string(largest) +
         (has_file(session) ? ", " + shown_session(session) + " says camera.bit_depth = "
-                           : ", another photograph has bits: ") +
+                           : ", the photograph of the longest exposure fits into fewer bits: ") +
         std::to_string(session.camera.bit_depth) + ", that is at most " + std::to_string(top) +
-        (has_file(session) ? "; correct bit_depth or store the codes unshifted."
-                           : "; give photographs of one camera and setting."));
+        (has_file(session)
+             ? "; correct bit_depth or store the codes unshifted."
+             : "; correct the exposure times, or save all with the same number of bits, "
+               "as the camera gave them."));
   }
+}
+
+template <class T>
+Image<T> kept(Image<T> picture, const Part& part) {
+  return part ? cropped(std::move(picture), *part) : picture;
 }
 
 Image<std::uint16_t> read_headerless(const Camera& camera, const std::filesystem::path& path) {
@@ -98,8 +116,8 @@ std::string shown_session(const Session& session) {
   return (std::filesystem::exists(file, ignored) ? file : session.folder).string();
 }
 
-bool is_float_frame(const Frame& frame) {
-  return lower_extension(frame.file) == ".exr";
+bool is_float_frame(const Session& session, const Frame& frame) {
+  return io::is_float_image(session.folder / frame.file);
 }
 
 bool is_headerless(const Camera& camera, const std::filesystem::path& file) {
@@ -112,7 +130,7 @@ bool is_raw_frame(const Session& session, const Frame& frame) {
   return io::is_raw_file(frame.file);
 }
 
-io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
+io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Part& part) {
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
   io::RawImage image;
@@ -143,8 +161,8 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
                      (has_file(session) ? "; write " + std::to_string(image.white) + " there."
                                         : "; give photographs of one camera and setting."));
   }
+  image.mosaic = kept(io::turned(std::move(image.mosaic), orientation_of(session)), part);
   check_codes(session, path, image.mosaic);
-  image.mosaic = io::turned(std::move(image.mosaic), orientation_of(session));
   if (image.layout) {
     Image<int> cell(2, 2, 1);
     std::copy(image.layout->begin(), image.layout->end(), cell.values().begin());
@@ -160,7 +178,9 @@ Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
   return raw.layout ? pack_colours(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
 }
 
-Image<float> load_float_frame(const Session& session, const Frame& frame) {
+Image<float> load_float_frame(const Session& session, const Frame& frame, const Part& part) {
+  // Codes of 8 or more bits, as RAW converters may write them, are beyond it.
+  constexpr float most_full_scales = 16.0F;
   const std::filesystem::path path = existing_path(session, frame);
   Image<float> image = io::read_float_image(
       path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
@@ -172,13 +192,19 @@ Image<float> load_float_frame(const Session& session, const Frame& frame) {
         path.string() + ": the value at pixel (" + std::to_string(pixel % image.width()) + ", " +
         std::to_string(pixel / image.width()) + ") is not finite; write the frame again.");
   }
-  return io::turned(std::move(image), orientation_of(session));
+  const float largest = *std::max_element(image.values().begin(), image.values().end());
+  if (largest > most_full_scales) {
+    throw InputError(path.string() + ": the frame holds " + shown_number(largest, "%.4g") +
+                     ", and 1 is where the sensor saturates; divide its values by those at "
+                     "saturation.");
+  }
+  return kept(io::turned(std::move(image), orientation_of(session)), part);
 }
 
-Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
+Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, const Part& part) {
   const int top = largest_code(session.camera);
-  if (is_float_frame(frame)) {
-    const Image<float> linear = load_float_frame(session, frame);
+  if (is_float_frame(session, frame)) {
+    const Image<float> linear = load_float_frame(session, frame, part);
     Image<std::uint16_t> codes(linear.width(), linear.height(), linear.channels());
     std::transform(
         linear.values().begin(), linear.values().end(), codes.values().begin(), [top](float value) {
@@ -188,19 +214,26 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
     return codes;
   }
   if (is_raw_frame(session, frame)) {
-    io::RawImage raw = load_raw_frame(session, frame);
+    io::RawImage raw = load_raw_frame(session, frame, part);
     return raw.layout ? demosaic(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
   }
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
+  const bool fills_border = camera.encoding == Encoding::response;
+  // Turned pictures, and borders that are found from the edge, need the whole first.
+  const bool whole = fills_border || orientation_of(session) != 1;
+  const auto check_size = [&](const io::ImageSize& size) { check_shape(session, path, size); };
+  if (!whole && !is_headerless(camera, frame.file)) {
+    Image<std::uint16_t> image = io::read_code_image(path, check_size, part);
+    check_codes(session, path, image);
+    return image;
+  }
   Image<std::uint16_t> image = is_headerless(camera, frame.file)
                                    ? read_headerless(camera, path)
-                                   : io::read_code_image(path, [&](const io::ImageSize& size) {
-                                       check_shape(session, path, size);
-                                     });
+                                   : io::read_code_image(path, check_size);
   check_codes(session, path, image);
-  if (session.camera.encoding == Encoding::response) saturate_filled_border(image, top);
-  return io::turned(std::move(image), orientation_of(session));
+  if (fills_border) saturate_filled_border(image, top);
+  return kept(io::turned(std::move(image), orientation_of(session)), part);
 }
 
 Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern) {

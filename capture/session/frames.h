@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "capture/session/session.h"
 #include "core/image.h"
+#include "core/numbers/region.h"
 #include "io/image/raw_file.h"
 
 namespace kappamu::capture {
@@ -19,17 +21,21 @@ inline int largest_code(const Camera& camera) {
 /// otherwise, the one in its folder or else the folder.
 std::string shown_session(const Session& session);
 
-/// Whether the frame is a linear float image (.exr) rather than code values.
-bool is_float_frame(const Frame& frame);
+/// Whether the frame is a picture of linear floats (EXR, float TIFF) rather than code values.
+bool is_float_frame(const Session& session, const Frame& frame);
 
-/// Code values 0 ... largest_code, [y][x][channel], the session's channels. EXR frames hold linear
-/// light as fractions of full scale; here they are rounded to codes (no black level) and cut to the
-/// range. Frames are turned by the camera's orientation, if any; RAW frames are demosaiced
+/// The region of the upright picture that is wanted, or all of it. Of a mosaic its edges lie
+/// between 2 x 2 cells. What lies outside is not checked.
+using Part = std::optional<Region>;
+
+/// Code values 0 ... largest_code, [y][x][channel], the session's channels. Float frames hold
+/// linear light as fractions of full scale; here they are rounded to codes (no black level) and cut
+/// to the range. Frames are turned by the camera's orientation, if any; RAW frames are demosaiced
 /// bilinearly, linear, black not subtracted. Where the camera's encoding is a response, borders
 /// that software filled in are saturated (filled_border.h). Throws InputError naming the file if it
-/// is missing, truncated, of another size or number of channels than the session tells, or holds
-/// codes beyond the bit depth.
-Image<std::uint16_t> load_frame(const Session& session, const Frame& frame);
+/// is missing, truncated, of another size or number of channels than the session tells, stored with
+/// 8 bits though the camera has more, or holds codes beyond the bit depth.
+Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, const Part& part = {});
 
 /// Codes that no interpolation has touched, for statistics of black and noise: of a RAW frame the
 /// sites of each 2 x 2 cell as R, one G and B, half the extent; otherwise as load_frame().
@@ -49,10 +55,10 @@ Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern
 /// A RAW frame's codes, with or without a mosaic. Throws as load_frame() does, and where the
 /// session's camera is not linear or has another white level than the file. Without a header the
 /// session's white level is taken.
-io::RawImage load_raw_frame(const Session& session, const Frame& frame);
+io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Part& part = {});
 
-/// An EXR frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws
-/// as load_frame() does, and for values that are not finite.
-Image<float> load_float_frame(const Session& session, const Frame& frame);
+/// A float frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws
+/// as load_frame() does, and for values that are not finite or far beyond saturation.
+Image<float> load_float_frame(const Session& session, const Frame& frame, const Part& part = {});
 
 }  // namespace kappamu::capture

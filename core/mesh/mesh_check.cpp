@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/mesh/crossings.h"
 #include "core/mesh/edges.h"
+#include "core/mesh/texture.h"
 #include "core/mesh/weld.h"
 #include "core/shown_text.h"
 
@@ -353,7 +354,9 @@ std::string numbered_triangle(int triangle) {
 
 CheckedMesh check_mesh(const TriangleMesh& mesh, const std::string& name,
                        const TriangleName& triangle_name) {
-  return MeshCheck(mesh, name, triangle_name).take();
+  CheckedMesh checked = MeshCheck(mesh, name, triangle_name).take();
+  checked.mesh.texture = texture_from(mesh, checked.mesh, checked.source);
+  return checked;
 }
 
 }  // namespace kappamu

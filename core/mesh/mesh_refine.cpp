@@ -34,7 +34,7 @@ Halves halve_long_edges(TriangleMesh& mesh, double longest_edge) {
 }
 
 /// The parts of a triangle whose edges are halved where `half` is not negative; half[k] lies
-/// between corners k and k + 1.
+/// between corners k and k + 1. Corners may be vertices or anything else that stands for them.
 void split(const Triangle& t, const std::array<int, 3>& half, std::vector<Triangle>& parts) {
   int count = 0, first = 0;
   for (int k = 0; k < 3; ++k) {
@@ -65,6 +65,23 @@ void split(const Triangle& t, const std::array<int, 3>& half, std::vector<Triang
   }
 }
 
+/// The same parts in texture coordinates, which are linear over the triangle.
+void split_texture(const CornerTexture& corners, const std::array<int, 3>& half,
+                   std::vector<CornerTexture>& parts) {
+  std::array<Eigen::Vector2f, 6> places{corners[0], corners[1], corners[2]};
+  std::array<int, 3> middle{-1, -1, -1};
+  for (std::size_t k = 0; k < 3; ++k) {
+    places[3 + k] = 0.5F * (corners[k] + corners[(k + 1) % 3]);
+    if (half[k] >= 0) middle[k] = static_cast<int>(3 + k);
+  }
+  std::vector<Triangle> pieces;
+  split({0, 1, 2}, middle, pieces);
+  for (const Triangle& piece : pieces) {
+    CornerTexture& part = parts.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) part[k] = places[static_cast<std::size_t>(piece[k])];
+  }
+}
+
 }  // namespace
 
 TriangleMesh refined(const TriangleMesh& mesh, double longest_edge, std::size_t limit) {
@@ -73,13 +90,16 @@ TriangleMesh refined(const TriangleMesh& mesh, double longest_edge, std::size_t 
     const Halves halves = halve_long_edges(fine, longest_edge);
     if (halves.empty()) return fine;
     std::vector<Triangle> parts;
-    for (const Triangle& t : fine.triangles) {
+    std::vector<CornerTexture> texture;
+    for (std::size_t i = 0; i < fine.triangles.size(); ++i) {
+      const Triangle& t = fine.triangles[i];
       std::array<int, 3> half{-1, -1, -1};
       for (std::size_t k = 0; k < 3; ++k) {
         const auto found = halves.find(edge(t[k], t[(k + 1) % 3]));
         if (found != halves.end()) half[k] = found->second;
       }
       split(t, half, parts);
+      if (!fine.texture.empty()) split_texture(fine.texture[i], half, texture);
     }
     if (parts.size() > limit) {
       throw InputError("the mesh needs more than " + std::to_string(limit) +
@@ -87,6 +107,7 @@ TriangleMesh refined(const TriangleMesh& mesh, double longest_edge, std::size_t 
                        " mm; its triangles are too long for their width, remesh it");
     }
     fine.triangles = std::move(parts);
+    fine.texture = std::move(texture);
   }
 }
 

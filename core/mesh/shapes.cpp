@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 constexpr double pi = std::numbers::pi;
 constexpr int most_tessellation = 400;
 
-constexpr std::array<NamedShape, 9> shapes{
+constexpr std::array<NamedShape, 10> shapes{
     {{"sphere", "", 0.0},
      {"cube", "", 0.0},
      {"slab", "thickness over edge", 0.25},
@@ -28,6 +28,7 @@ constexpr std::array<NamedShape, 9> shapes{
      {"cylinder", "diameter over height", 0.5},
      {"torus", "diameter of the tube over that of the whole", 0.25},
      {"spike", "diameter of the base over height", 0.1},
+     {"candle", "diameter over height", 0.4},
      {"box-with-void", "edge of the cubic void over that of the cube", 0.5},
      {"split-cube", "width of the gap over edge", 0.1}}};
 
@@ -143,25 +144,27 @@ TriangleMesh torus_mesh(double major, double minor, int tessellation) {
   return mesh;
 }
 
-TriangleMesh cone_mesh(double radius, double height, int tessellation) {
-  const double longest = std::max(2.0 * radius, height);
-  const int around = cells_along(2.0 * pi * radius / longest, tessellation, 8);
-  const int rings_up = cells_along(std::hypot(radius, height) / longest, tessellation);
-  const int rings_in = cells_along(radius / longest, tessellation);
-  const int rings = rings_in + rings_up;  // 0: the base's centre; `rings`: the tip
+namespace {
+
+/// Of a ring about the z axis: radius, height, and how much it is fluted.
+struct Ring {
+  double radius, z, flute;
+};
+constexpr int flutes = 4;
+
+/// Rings joined in their order, from a point of the axis below to another; the outside lies to the
+/// right of the way. `around` vertices a ring.
+TriangleMesh revolved(double first_z, const std::vector<Ring>& rings, double last_z, int around) {
   TriangleMesh mesh;
-  mesh.vertices.emplace_back(0.0, 0.0, -0.5 * height);
-  for (int ring = 1; ring < rings; ++ring) {
-    const double up = std::max(0.0, static_cast<double>(ring - rings_in) / rings_up);
-    const double reach =
-        radius * (ring < rings_in ? static_cast<double>(ring) / rings_in : 1.0 - up);
+  mesh.vertices.emplace_back(0.0, 0.0, first_z);
+  for (const Ring& ring : rings) {
     for (int j = 0; j < around; ++j) {
       const double turn = 2.0 * pi * j / around;
-      mesh.vertices.emplace_back(reach * std::cos(turn), reach * std::sin(turn),
-                                 (up - 0.5) * height);
+      const double reach = ring.radius * (1.0 + ring.flute * (std::cos(flutes * turn) - 1.0));
+      mesh.vertices.emplace_back(reach * std::cos(turn), reach * std::sin(turn), ring.z);
     }
   }
-  mesh.vertices.emplace_back(0.0, 0.0, 0.5 * height);
+  mesh.vertices.emplace_back(0.0, 0.0, last_z);
   const int tip = static_cast<int>(mesh.vertices.size()) - 1;
   for (int j = 0; j < around; ++j) {
     const int k = (j + 1) % around;
@@ -173,6 +176,48 @@ TriangleMesh cone_mesh(double radius, double height, int tessellation) {
     mesh.triangles.push_back({tip, tip - around + j, tip - around + k});
   }
   return mesh;
+}
+
+/// Adds rings from the last one to `to`, `count` of them, evenly.
+void go_on(std::vector<Ring>& rings, const Ring& to, int count) {
+  const Ring from = rings.back();
+  for (int i = 1; i <= count; ++i) {
+    const double share = static_cast<double>(i) / count;
+    rings.push_back({from.radius + share * (to.radius - from.radius),
+                     from.z + share * (to.z - from.z),
+                     from.flute + share * (to.flute - from.flute)});
+  }
+}
+
+}  // namespace
+
+TriangleMesh cone_mesh(double radius, double height, int tessellation) {
+  const double longest = std::max(2.0 * radius, height);
+  const int around = cells_along(2.0 * pi * radius / longest, tessellation, 8);
+  const int rings_up = cells_along(std::hypot(radius, height) / longest, tessellation);
+  const int rings_in = cells_along(radius / longest, tessellation);
+  std::vector<Ring> rings{{radius / rings_in, -0.5 * height, 0.0}};
+  if (rings_in > 1) go_on(rings, {radius, -0.5 * height, 0.0}, rings_in - 1);
+  if (rings_up > 1) {
+    go_on(rings, {radius / rings_up, (0.5 - 1.0 / rings_up) * height, 0.0}, rings_up - 1);
+  }
+  return revolved(-0.5 * height, rings, 0.5 * height, around);
+}
+
+TriangleMesh candle_mesh(double radius, double height, int tessellation) {
+  constexpr double flute = 0.1, bore_radius = 0.55, bore_depth = 0.75;
+  const double longest = std::max(2.0 * radius, height), bottom = -0.5 * height;
+  const double bore = bore_radius * radius, floor = (0.5 - bore_depth) * height;
+  const int around = 2 * flutes * cells_along(pi * radius / (flutes * longest), tessellation, 2);
+  const auto cells = [&](double length) { return cells_along(length / longest, tessellation); };
+  const int across = cells(radius), in = cells(bore);
+  std::vector<Ring> rings{{radius / across, bottom, flute}};
+  if (across > 1) go_on(rings, {radius, bottom, flute}, across - 1);
+  go_on(rings, {radius, 0.5 * height, flute}, cells(height));
+  go_on(rings, {bore, 0.5 * height, 0.0}, cells(radius - bore));
+  go_on(rings, {bore, floor, 0.0}, cells(bore_depth * height));
+  if (in > 1) go_on(rings, {bore / in, floor, 0.0}, in - 1);
+  return revolved(bottom, rings, floor, around);
 }
 
 TriangleMesh moved(TriangleMesh mesh, const Vector3d& by) {
@@ -237,6 +282,7 @@ TriangleMesh make_shape(std::string_view name, double size_mm, int tessellation,
     if (name == "slab" || name == "sheet") return box_mesh({1.0, 1.0, p}, tessellation);
     if (name == "cylinder") return cylinder_mesh(0.5 * p, 1.0, tessellation);
     if (name == "torus") return torus_mesh(0.5 * (1.0 - p), 0.5 * p, tessellation);
+    if (name == "candle") return candle_mesh(0.5 * p, 1.0, tessellation);
     if (name == "spike") return cone_mesh(0.5 * p, 1.0, tessellation);
     if (name == "box-with-void") {
       const int inner = std::max(1, static_cast<int>(std::lround(tessellation * p)));

@@ -19,6 +19,8 @@ TriangleMesh cylinder_mesh(double radius, double height, int tessellation);
 TriangleMesh torus_mesh(double major, double minor, int tessellation);
 /// A cone about the z axis, its tip up; its box is centred at the origin.
 TriangleMesh cone_mesh(double radius, double height, int tessellation);
+/// A fluted column about the z axis with a round bore from its top, deep enough for a light.
+TriangleMesh candle_mesh(double radius, double height, int tessellation);
 
 TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by);
 /// Inside out: what was a body becomes a void.

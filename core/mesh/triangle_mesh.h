@@ -9,9 +9,14 @@
 
 namespace kappamu {
 
+/// Texture coordinates u, v of a triangle's three corners [dimensionless]: seams give a vertex
+/// several, so they belong to corners.
+using CornerTexture = std::array<Eigen::Vector2f, 3>;
+
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices;      ///< [mm]
   std::vector<std::array<int, 3>> triangles;  ///< counter-clockwise seen from outside
+  std::vector<CornerTexture> texture;         ///< per triangle; empty where the mesh has none
 };
 
 /// Samples of an object's surface: light is given on them and exitance is returned on them. For a

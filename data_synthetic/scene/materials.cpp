@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/numbers/noise.h"
 #include "core/parallel.h"
-#include "data_synthetic/scene/noise.h"
-#include "data_synthetic/scene/random.h"
+#include "core/random.h"
 
 namespace kappamu::synthetic {
 

@@ -23,10 +23,17 @@ std::vector<Profile> profiles_of(const MediaOfChannels& media, double eta) {
   return profiles;
 }
 
+/// Links that one core moves in a millisecond, about.
+constexpr double links_per_ms = 5000.0;
+constexpr double most_links = 1e12;  ///< without a limit
+
 class Relight final : public LiveModel {
  public:
   Relight(const LiveBody& object, const ObjectOptions& options)
-      : surface_(object.surface),
+      : mesh_(object.mesh),
+        surface_(object.surface),
+        media_(object.media),
+        solved_(object.media),
         eta_(object.eta),
         profiles_(profiles_of(object.media, object.eta)),
         check_(object.mesh, object.surface, object.surface.area, options.seed),
@@ -36,6 +43,11 @@ class Relight final : public LiveModel {
 
   Answer solve(const LightOfChannels& light, int /*level*/, Progress& progress) override {
     progress.update("dipole", 0.0, "");
+    if (solved_ != media_) {
+      profiles_ = profiles_of(media_, eta_);
+      hierarchy_.update(profiles_);
+      solved_ = media_;
+    }
     const std::size_t samples = surface_.size();
     std::vector<Eigen::Array4f> in(samples, Eigen::Array4f::Zero());
     for (std::size_t c = 0; c < 3; ++c) {
@@ -56,6 +68,14 @@ class Relight final : public LiveModel {
     return answer;
   }
 
+  bool follow(double most_ms) override {
+    const double most = std::clamp(links_per_ms * most_ms, 0.0, most_links);
+    hierarchy_.set_most_changes(static_cast<std::size_t>(most));
+    hierarchy_.update(mesh_, profiles_);
+    return true;
+  }
+  bool caught_up() const override { return hierarchy_.changes().pending() == 0; }
+
   std::optional<double> measured_error(const LightOfChannels& light, int /*level*/,
                                        const ExitanceOfChannels& exitance,
                                        const ExitanceOfChannels& /*coarse*/) const override {
@@ -69,7 +89,10 @@ class Relight final : public LiveModel {
   }
 
  private:
+  const TriangleMesh& mesh_;
   const Surface& surface_;
+  const MediaOfChannels& media_;
+  MediaOfChannels solved_;  ///< that the hierarchy is of
   double eta_;
   std::vector<Profile> profiles_;
   SumCheck check_;

@@ -1,5 +1,6 @@
-// A homogeneous object whose light alone changes: the dipole with sources placed reciprocally, its
-// hierarchy and links kept between lights ([M]'s static mode), three colour channels in one sum.
+// A homogeneous object whose light, shape and material change: the dipole with sources placed
+// reciprocally, its hierarchy and links kept between lights ([M]'s static mode), shapes and
+// materials (incremental), three colour channels in one sum.
 #pragma once
 
 #include <memory>

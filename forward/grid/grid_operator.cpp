@@ -138,8 +138,7 @@ class BlockOperators final : public OperatorFactory {
   MadeOperator make(const GridSetup& setup, Face seen, const std::string& device,
                     Precision precision) const override {
     SolverChoice choice = make_grid_solver(setup, device, precision);
-    return {std::make_unique<GridOperator>(std::move(choice.solver), seen),
-            std::move(choice.warning)};
+    return {make_grid_operator(std::move(choice.solver), seen), std::move(choice.warning)};
   }
   std::size_t memory(const GridSetup& setup, int patterns, int fields, int at_once,
                      Precision precision) const override {
@@ -148,6 +147,11 @@ class BlockOperators final : public OperatorFactory {
 };
 
 }  // namespace
+
+std::unique_ptr<DiffusionOperator> make_grid_operator(std::unique_ptr<GridSolver> solver,
+                                                      Face seen) {
+  return std::make_unique<GridOperator>(std::move(solver), seen);
+}
 
 std::shared_ptr<const OperatorFactory> block_operators() {
   static const std::shared_ptr<const OperatorFactory> made = std::make_shared<BlockOperators>();

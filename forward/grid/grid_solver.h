@@ -100,6 +100,11 @@ class GridSolver {
                              std::span<const double> irradiance, BatchField& b) const = 0;
 };
 
+/// The solver's equations as an inverse problem sees them: light on the setup's lit face, exitance
+/// of `seen`.
+std::unique_ptr<DiffusionOperator> make_grid_operator(std::unique_ptr<GridSolver> solver,
+                                                      Face seen);
+
 /// Serial, double, written for reading.
 std::unique_ptr<GridSolver> make_reference_solver(const GridSetup& setup);
 

@@ -8,6 +8,7 @@
 #include "forward/polygrid/polygrid_model.h"
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/shape/make_polygrid.h"
+#include "forward/polygrid/shape/moved_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 
 namespace kappamu::forward {
@@ -40,7 +41,7 @@ double LivePolygrid::beam_spacing_mm(const Surface& surface) {
 }
 
 LivePolygrid::LivePolygrid(const LiveBody& object, const ObjectOptions& options, Progress& progress)
-    : object_(object), device_(options.device) {
+    : object_(object), device_(options.device), shape_(object.mesh) {
   add(first_polygrid([&](int cells) { return polygrid_of(object, cells, progress); }));
   double most = std::min(most_cells, memory_of_levels * main_memory() / bytes_of_live_cell);
   if (options.max_elements) most = std::min(most, static_cast<double>(*options.max_elements));
@@ -67,6 +68,20 @@ LivePolygrid::Level& LivePolygrid::at(int level, Progress& progress) {
                           : polygrid::split(last, object_.mesh));
   }
   return made_[static_cast<std::size_t>(level)];
+}
+
+bool LivePolygrid::follow(double /*most_ms*/) {
+  const PolygridDiffusion& former = *made_[0].diffusion;
+  std::optional<Polygrid> grid =
+      moved_polygrid(former.grid(), shape_, object_.mesh, PolygridOptions().first_layer);
+  if (!grid) return false;
+  auto moved = std::make_unique<PolygridDiffusion>(std::move(*grid), object_.mesh, object_.surface,
+                                                   object_.eta, device_, polygrid::Lights::moving);
+  moved->start_from(former);
+  made_.clear();
+  made_.push_back({std::move(moved), {}});
+  shape_ = object_.mesh;
+  return true;
 }
 
 LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light, int level,

@@ -1,5 +1,5 @@
-// A live object on polygrids: a coarse one while lights move, finer ones at rest, each with its
-// equations and the last fluence of its channels.
+// A live object on polygrids: a coarse one while lights or the shape move, finer ones at rest, each
+// with its equations and the last fluence of its channels.
 #pragma once
 
 #include "forward/live_model.h"
@@ -27,6 +27,9 @@ class LivePolygrid final : public LiveModel {
   std::optional<double> measured_error(const LightOfChannels& light, int level,
                                        const ExitanceOfChannels& fine,
                                        const ExitanceOfChannels& coarse) const override;
+  /// The coarsest cells move with the surface, and answers start from the former one, as long as
+  /// cells stay valid.
+  bool follow(double most_ms) override;
 
  private:
   struct Level {
@@ -40,6 +43,7 @@ class LivePolygrid final : public LiveModel {
   std::string device_;
   std::vector<Level> made_;
   int levels_ = 1;
+  TriangleMesh shape_;  ///< that the cells are of
 };
 
 }  // namespace kappamu::forward

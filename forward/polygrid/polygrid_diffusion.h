@@ -55,6 +55,9 @@ class PolygridDiffusion {
   std::vector<PolygridAnswer> solve(std::span<const ObjectProblem> problems,
                                     const PolygridAccuracy& accuracy);
 
+  /// The next answer starts from the last one of `former`, whose cells are the same ones elsewhere.
+  void start_from(const PolygridDiffusion& former) { fluence_ = former.fluence_; }
+
   const CgReport& report() const { return report_; }  ///< of the last solve()
   const PolygridSeconds& seconds() const { return seconds_; }
 

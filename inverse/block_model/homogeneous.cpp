@@ -13,7 +13,6 @@
 #include "forward/analytic/homogeneous_block.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
-#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -21,12 +20,12 @@ namespace {
 
 using namespace defaults::homogeneous;
 
-/// Of r M at the data used; empty where there is none.
+/// Predictions r M at the data used; empty if the solver fails.
 using Predict = std::function<std::vector<double>(const Eigen::VectorXd& logs)>;
 
 bool above_noise(const Problem& problem, std::size_t i) {
-  constexpr double deviations = 3.0;
-  return problem.weight[i] > 0.0 && problem.data[i] * std::sqrt(problem.weight[i]) > deviations;
+  return problem.weight[i] > 0.0 &&
+         problem.data[i] * std::sqrt(problem.weight[i]) > above_noise_deviations;
 }
 
 class LogResidual final : public Residuals {
@@ -46,7 +45,7 @@ class LogResidual final : public Residuals {
     const std::vector<double> prediction = predict_(p);
     Eigen::VectorXd r(static_cast<Eigen::Index>(prediction.size()));
     for (std::size_t k = 0; k < prediction.size(); ++k) {
-      const double ratio = std::max(prediction[k] / datum_[k], darkest_ratio);
+      const double ratio = std::max(prediction[k] / datum_[k], defaults::expected::darkest_ratio);
       r[static_cast<Eigen::Index>(k)] = root_weight_[k] * std::log(ratio);
     }
     return r;
@@ -54,13 +53,12 @@ class LogResidual final : public Residuals {
 
   /// By log κ and log μ, from differences.
   Eigen::MatrixXd jacobian(const Eigen::VectorXd& p) override {
-    constexpr double step = 0.03;  // a solve on a grid is right to 1e-4
     const Eigen::VectorXd here = residual(p);
     Eigen::MatrixXd result(here.size(), 2);
     for (int unknown = 0; unknown < 2; ++unknown) {
-      const Eigen::VectorXd there = residual(p + step * Eigen::Vector2d::Unit(unknown));
+      const Eigen::VectorXd there = residual(p + difference * Eigen::Vector2d::Unit(unknown));
       if (here.size() == 0 || there.size() == 0) return {};
-      result.col(unknown) = (there - here) / step;
+      result.col(unknown) = (there - here) / difference;
     }
     return result;
   }
@@ -71,7 +69,7 @@ class LogResidual final : public Residuals {
     return std::sqrt(square / sum);
   }
 
-  /// What one pattern contributes on average to `square`.
+  /// Mean contribution of one pattern to `square`.
   double per_pattern(double square) const { return square / patterns_; }
 
  private:
@@ -84,9 +82,9 @@ class LogResidual final : public Residuals {
 /// The weak opinion on absorption that decides where the data have none: (log 3κμ − log
 /// expected)²/spread², times `weight`.
 LinearPrior absorption_prior(double weight) {
-  const double root = std::sqrt(weight) / absorption_spread;
+  const double root = std::sqrt(weight) / defaults::expected::absorption_spread;
   return {Eigen::MatrixXd::Constant(1, 2, root),
-          Eigen::VectorXd::Constant(1, root * std::log(expected_absorption / 3.0))};
+          Eigen::VectorXd::Constant(1, root * std::log(defaults::expected::absorption / 3.0))};
 }
 
 double square(const LeastSquaresState& at) {
@@ -99,7 +97,7 @@ bool descend(LogResidual& residual, const LinearPrior& prior, LeastSquaresState&
   const auto next = [tolerance](const PlannedStep& planned) {
     return planned.step.cwiseAbs().maxCoeff() < tolerance ? Continue::converged : Continue::yes;
   };
-  return levenberg_marquardt(residual, prior, at, {.longest_step = 1.5}, next).converged;
+  return levenberg_marquardt(residual, prior, at, {.longest_step = longest_step}, next).converged;
 }
 
 /// `count` positions of `voxels`, one by chance in each of as many equal parts: no pattern of light
@@ -121,12 +119,9 @@ struct SomeData {
   std::vector<std::size_t> at;    ///< of the pixels' predictions
 };
 SomeData some_data(const Problem& problem) {
-  constexpr double enough = 8000.0;  // of all patterns
-  constexpr int least = 6;
-  constexpr std::size_t least_used = 200;
   const FaceShape face = problem.seen_shape();
   std::mt19937 chance(1);
-  int side = std::max(least, static_cast<int>(std::sqrt(enough / problem.patterns)));
+  int side = std::max(least_side, static_cast<int>(std::sqrt(enough_pixels / problem.patterns)));
   for (;; side *= 2) {
     SomeData some;
     some.pixels = {spread_positions(face.nu, std::min(side, face.nu), chance),
@@ -150,10 +145,6 @@ SomeData some_data(const Problem& problem) {
 
 /// The lowest places of a table that no neighbour is below, lowest first.
 std::vector<LeastSquaresState> lowest_places(LogResidual& residual, double thickness) {
-  // κ over the thickness, and 3κμ, the share of collisions that absorb.
-  constexpr int rows = 16, columns = 11, most = 6;
-  constexpr double first_kappa = 1e-3, last_kappa = 3.0;
-  constexpr double first_share = 1e-5, last_share = 0.6;
   const auto between = [](double first, double last, int k, int count) {
     return std::log(first) + std::log(last / first) * k / (count - 1);
   };
@@ -183,7 +174,7 @@ std::vector<LeastSquaresState> lowest_places(LogResidual& residual, double thick
   }
   std::sort(lowest.begin(), lowest.end(),
             [](const auto& a, const auto& b) { return square(a) < square(b); });
-  if (lowest.size() > most) lowest.resize(most);
+  if (lowest.size() > most_descents) lowest.resize(most_descents);
   return lowest;
 }
 
@@ -236,8 +227,7 @@ HomogeneousFit find_homogeneous(const Problem& problem,
   };
   const auto prior = [&] { return absorption_prior(residual.per_pattern(square(least(square)))); };
   // The prior weighs what the best place leaves, which descents lower.
-  constexpr int rounds = 4;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < prior_rounds; ++round) {
     const LinearPrior now = prior();
     for (LeastSquaresState& place : places) descend(residual, now, place, interim_tolerance);
   }

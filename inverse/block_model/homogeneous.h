@@ -23,23 +23,22 @@ struct HomogeneousFit {
   /// as common to its pixels.
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
   bool converged = false;
-  /// Of the residuals on a grid by log κ and log μ, near the end: a correction of the grid does not
-  /// change it. Empty: none was solved on yet.
+  /// Derivatives of the residuals on a grid by log κ and log μ near the end; a new correction r of
+  /// the grid leaves them valid. Empty: no grid was solved on.
   Eigen::MatrixXd jacobian;
 
   /// log κ and log μ.
   Eigen::Vector2d logs() const { return {std::log(kappa), std::log(mu)}; }
 };
 
-/// The block whose log M comes closest to log d over the data above three standard deviations, in
-/// the least of all valleys: a table of (κ, μ) that spans marble to milk to wax at any size of
-/// block, then Levenberg-Marquardt from the table's lowest points and from `guess`. Light on the
-/// seen face may leave several valleys. The logarithm makes all
-/// places, however far off, slope towards a solution. Predictions are those of the block's lateral
-/// modes (forward/analytic/homogeneous_block.h) at some 8000 data: no grid is solved on, and
-/// none blurs the light. A thin block that hardly absorbs does not tell μ, and one with structure
-/// may seem to absorb nothing: a weak prior on the absorbed share of collisions, 3κμ, decides
-/// there. Throws InputError when no datum stands above its noise.
+/// The block with the least sum of squares of log M − log d over the data above three standard
+/// deviations. Light on the seen face may leave several minima, so the search starts from the
+/// lowest points of a table of (κ, μ) and from `guess`, by Levenberg-Marquardt. The table spans
+/// marble to milk to wax at any size of block. With logarithms the descent finds its way from
+/// starts far from the minimum. Predictions come from the block's lateral modes
+/// (forward/analytic/homogeneous_block.h) at some 8000 data, without a grid and its error. Thin
+/// blocks of low absorption and blocks with structure do not determine μ: there a weak prior on
+/// 3κμ, the absorbed share of collisions, does. Throws InputError when no datum exceeds its noise.
 HomogeneousFit find_homogeneous(const Problem& problem,
                                 const std::optional<HomogeneousGuess>& guess = std::nullopt);
 

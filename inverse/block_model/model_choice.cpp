@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
-#include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/settle_correction.h"
@@ -39,7 +38,7 @@ class Level {
 
   int depth() const { return objective_.space().depth(); }
   std::size_t used() const { return objective_.problem().used(); }
-  int most_layers() const { return std::min(depth(), options_.most_layers); }
+  int most_layers() const { return std::min(depth(), defaults::model_choice::most_layers); }
   const SolveCount& solves() const { return objective_.solves(); }
 
   /// r at `medium` is known.
@@ -55,13 +54,13 @@ class Level {
     found.medium = start;
     if (refinement_.photons) {
       const double far = options_.asked == Model::automatic
-                             ? far_off * chi2_limit(used(), options_.tolerated)
+                             ? far_off * chi2_limit(used(), tolerated)
                              : std::numeric_limits<double>::infinity();
       double lowest = std::numeric_limits<double>::infinity();
       settle_correction(unknowns(start), settled_move, most_by_transport,
                         [&](const Eigen::VectorXd& p) {
-                          // Where no solver follows, or a model is hopeless, the last fit stands,
-                          // and is rejected.
+                          // If the solver fails or χ² is far too large, the last fit stands and is
+                          // rejected.
                           if (!try_to_refresh(with_unknowns(start, p))) return p;
                           const double chi2 = objective_.chi2_per_value();
                           if (chi2 > std::max(far, no_gain * lowest)) return p;
@@ -91,14 +90,14 @@ class Level {
     trial.level = level_;
     trial.chi2_per_value = evidence.chi2_per_value;
     trial.coherent = evidence.coherent();
-    trial.coherent_limit = coherent_limit(evidence, options_.tolerated);
-    trial.rejected = !not_rejected(evidence, options_.tolerated);
+    trial.coherent_limit = coherent_limit(evidence, tolerated);
+    trial.rejected = !not_rejected(evidence, tolerated);
     simple.medium = std::move(found.medium);
     if (level_ == 0) {
       simple.systematic = estimate_systematic_error(
           objective_.problem(), {simple.prediction, simple.correction.ratio, !refinement_.photons});
       const ErrorCovariance errors(objective_.problem(), simple.prediction, simple.systematic,
-                                   options_.common_error);
+                                   common_error);
       simple.slope = fitter.slope_covariance(errors);
       simple.residual = fitter.residual_without_common(errors);
     }
@@ -108,29 +107,16 @@ class Level {
   /// Whether what `last`, fitted last, leaves beyond noise is error of the data and no structure.
   bool unstructured(const SimpleFit& last) {
     const SystematicError& error = last.systematic;
-    if (error.excess > options_.most_systematic) return false;
+    if (error.excess > most_systematic) return false;
     const Problem& problem = objective_.problem();
-    constexpr int draws = 8;
     const ErrorCovariance errors(problem, last.prediction, error, 0.0);
     return structure_ratio(objective_, last.residual, errors, draws, options_.seed) <=
-           options_.most_structure;
+           most_structure;
   }
 
  private:
   CoefficientPair fields(const LayeredMedium& medium) const {
     return to_fields(medium, objective_.space());
-  }
-  /// log κ of the layers, then log μ.
-  static Eigen::VectorXd unknowns(const LayeredMedium& medium) {
-    Eigen::VectorXd p(2 * medium.layers());
-    std::copy(medium.log_kappa.begin(), medium.log_kappa.end(), p.begin());
-    std::copy(medium.log_mu.begin(), medium.log_mu.end(), p.begin() + medium.layers());
-    return p;
-  }
-  static LayeredMedium with_unknowns(LayeredMedium medium, const Eigen::VectorXd& p) {
-    medium.log_kappa.assign(p.begin(), p.begin() + medium.layers());
-    medium.log_mu.assign(p.begin() + medium.layers(), p.end());
-    return medium;
   }
   /// χ² per value with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {
@@ -153,9 +139,9 @@ class Level {
   }
   /// χ² per value that a model of this grid may have: coarse grids only screen.
   double useful() const {
-    // Where r is by photons it is not right before the model is fitted to the end.
+    // r by photons is accurate only at the end of the fit.
     const bool screens = level_ > 0 && options_.asked == Model::automatic && !refinement_.photons;
-    return screens ? chi2_limit(used(), options_.tolerated) : 0.0;
+    return screens ? chi2_limit(used(), tolerated) : 0.0;
   }
 
   const ModelSearchOptions& options_;
@@ -166,21 +152,6 @@ class Level {
   CoefficientPair corrected_at_;  ///< where r was made; empty before the first
 };
 
-/// Unknowns of `many` layers from those of `few`, whose borders are among theirs.
-Eigen::MatrixXd copies(const LayeredMedium& many, const LayeredMedium& few) {
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * many.layers(), 2 * few.layers());
-  int to = 0;
-  for (int from = 0; from < many.layers(); ++from) {
-    const auto next = static_cast<std::size_t>(to) + 1;
-    if (next < few.first.size() && many.first[static_cast<std::size_t>(from)] >= few.first[next]) {
-      ++to;
-    }
-    matrix(from, to) = 1.0;
-    matrix(many.layers() + from, few.layers() + to) = 1.0;
-  }
-  return matrix;
-}
-
 std::string name_of(int layers) {
   return layers == 1 ? "a homogeneous block" : std::to_string(layers) + " layers";
 }
@@ -188,11 +159,11 @@ std::string name_of(int layers) {
 class Search {
  public:
   Search(const GridLevels& levels, double kappa, double mu, const Correction& correction,
-         const ModelSearchOptions& options, const std::function<void(const std::string&)>& tell)
+         const ModelSearchOptions& options, const std::function<void(const std::string&)>& on_trial)
       : levels_(levels),
         correction_(correction),
         options_(options),
-        tell_(tell),
+        on_trial_(on_trial),
         best_{{0}, {std::log(kappa)}, {std::log(mu)}} {}
 
   ModelSearch run() {
@@ -241,8 +212,8 @@ class Search {
       const ChanceRise chance =
           chance_rise(all.normal, all.slope, copies(all.medium, fewer.medium));
       const double rise = used * (fewer.trial.chi2_per_value - all.trial.chi2_per_value);
-      return rise <= 2.0 * options_.tolerated_rise * used + chance.mean +
-                         chance_deviations * chance.deviation;
+      return rise <=
+             2.0 * tolerated_rise * used + chance.mean + chance_deviations * chance.deviation;
     };
     if (options_.asked != Model::layered && needless(search_.rejected.front())) {
       search_.rejected.pop_back();
@@ -254,7 +225,7 @@ class Search {
     }
     // (H⁻¹ S H⁻¹)⁻¹: what apart are errors of the data does not keep layers apart.
     const Eigen::MatrixXd certain = all.normal * solve_symmetric(all.slope, all.normal);
-    const LayeredMedium fewer = merge_layers(all.medium, certain, options_.tolerated_rise * used);
+    const LayeredMedium fewer = merge_layers(all.medium, certain, tolerated_rise * used);
     if (fewer.layers() == all.medium.layers()) return;
     SimpleFit merged = tried(grid, fewer);
     merged.trial.rejected = !needless(merged);
@@ -277,7 +248,7 @@ class Search {
     return tried(grid, with_layers(best_, layers, grid.depth()));
   }
   SimpleFit tried(Level& grid, const LayeredMedium& start) {
-    tell_(name_of(start.layers()));
+    on_trial_(name_of(start.layers()));
     SimpleFit fit = grid.fit(start);
     search_.trials.push_back(fit.trial);
     best_ = fit.medium;
@@ -287,7 +258,7 @@ class Search {
   const GridLevels& levels_;
   const Correction& correction_;
   const ModelSearchOptions& options_;
-  const std::function<void(const std::string&)>& tell_;
+  const std::function<void(const std::string&)>& on_trial_;
   LayeredMedium best_;  ///< of the last trial, in slices of the grid at hand
   ModelSearch search_;
 };
@@ -296,8 +267,8 @@ class Search {
 
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
                                  const Correction& correction, const ModelSearchOptions& options,
-                                 const std::function<void(const std::string&)>& tell) {
-  return Search(levels, kappa, mu, correction, options, tell).run();
+                                 const std::function<void(const std::string&)>& on_trial) {
+  return Search(levels, kappa, mu, correction, options, on_trial).run();
 }
 
 }  // namespace kappamu::inverse

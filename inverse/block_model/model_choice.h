@@ -32,7 +32,7 @@ struct ModelSearch {
   std::optional<SimpleFit> accepted;  ///< what the data did not reject, or what was asked for
   std::vector<SimpleFit> rejected;    ///< on the finest grid
   std::vector<ModelTrial> trials;     ///< all, in the order they were made
-  /// What the data err by beyond their noise, where a model was accepted that needs it.
+  /// Error of the data beyond their noise, if the accepted model requires one.
   std::optional<SystematicError> systematic;
   SolveCount solves;  ///< of all grids
 };
@@ -40,18 +40,6 @@ struct ModelSearch {
 struct ModelSearchOptions {
   Model asked = Model::automatic;
   bool correct_grid = true;
-  double tolerated = 0.05;  ///< share of the stated variance that a misfit may have
-  /// Rise of χ² per value that fewer layers may cost.
-  double tolerated_rise = 0.01;
-  int most_layers = 16;
-  /// Largest error of the data, relative to them, that is taken for systematic: photographs
-  /// interpolated, a pose and a response off by what calibration leaves. More is structure.
-  double most_systematic = 0.015;
-  /// Standard deviation of each error that all pixels share, of scale, response exponent and shift,
-  /// relative to the values: what they explain needs no layers.
-  double common_error = 0.01;
-  /// Largest structure_ratio() (systematic_error.h) of residuals that are not structure.
-  double most_structure = 2.8;
   std::uint64_t seed = 1;
   ModelError model_error;         ///< of the finest grid
   ModelError coarse_model_error;  ///< of the others
@@ -60,9 +48,9 @@ struct ModelSearchOptions {
 
 /// `kappa` [mm] and `mu` [1/mm] are where to start, `correction` is r there on the coarsest grid. A
 /// model that the coarse grids reject is not tried on the finer ones, nor fitted to the end there,
-/// unless it is asked for. `tell` is called before each trial with what is tried.
+/// unless it is asked for. `on_trial` is called before each trial with what is tried.
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
                                  const Correction& correction, const ModelSearchOptions& options,
-                                 const std::function<void(const std::string&)>& tell);
+                                 const std::function<void(const std::string&)>& on_trial);
 
 }  // namespace kappamu::inverse

@@ -8,13 +8,14 @@
 
 namespace kappamu::inverse {
 
-/// Of residuals s = √w (r M − d), whose variance is 1 where model and variances are right.
+/// Statistics of the residuals s = √w (r M − d), whose variance is 1 where model and variances are
+/// right.
 struct Evidence {
   std::size_t data = 0;
   double chi2_per_value = 0.0;
   /// Correlation of residuals of neighbouring pixels of a pattern [dimensionless]. Noise of
-  /// different pixels is independent and light in the block is smooth: what is left of the model's
-  /// misfit shows here whatever the stated variances, as its share of χ².
+  /// different pixels is independent and light in the block is smooth: the
+  /// model's remaining misfit appears here, as its share of χ², whatever the stated variances.
   double coherence = 0.0;
   double coherence_error = 1.0;  ///< its standard deviation under noise alone
   double systematic =
@@ -28,8 +29,8 @@ struct Evidence {
 Evidence weigh(const Problem& problem, const std::vector<double>& prediction,
                const ModelError& model_error);
 
-/// What of coherent() noise and the model's own error explain: three standard deviations, the
-/// latter, and `tolerated`, a share of the stated variance.
+/// Bound of coherent(): three standard deviations of noise, the model's own error, and `tolerated`,
+/// a share of the stated variance.
 double coherent_limit(const Evidence& evidence, double tolerated);
 
 /// The same of χ² per value.

@@ -1,19 +1,28 @@
 #include "inverse/block_model/model_layers.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "core/error.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/defaults.h"
-#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
 using namespace defaults::layers;
+
+int layer_of(const std::vector<int>& first, int slice) {
+  const auto after = std::upper_bound(first.begin(), first.end(), slice);
+  return static_cast<int>(after - first.begin()) - 1;
+}
+
+}  // namespace
 
 Eigen::VectorXd unknowns(const LayeredMedium& medium) {
   const Eigen::Index layers = medium.layers();
@@ -23,12 +32,46 @@ Eigen::VectorXd unknowns(const LayeredMedium& medium) {
   return p;
 }
 
-int layer_of(const std::vector<int>& first, int slice) {
-  const auto after = std::upper_bound(first.begin(), first.end(), slice);
-  return static_cast<int>(after - first.begin()) - 1;
+LayeredMedium with_unknowns(LayeredMedium medium, const Eigen::VectorXd& unknowns) {
+  const int layers = medium.layers();
+  medium.log_kappa.assign(unknowns.begin(), unknowns.begin() + layers);
+  medium.log_mu.assign(unknowns.begin() + layers, unknowns.begin() + 2 * layers);
+  return medium;
 }
 
-}  // namespace
+Eigen::MatrixXd copies(const LayeredMedium& many, const LayeredMedium& few) {
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * many.layers(), 2 * few.layers());
+  for (int from = 0; from < many.layers(); ++from) {
+    const int to = layer_of(few.first, many.first[static_cast<std::size_t>(from)]);
+    matrix(from, to) = 1.0;
+    matrix(many.layers() + from, few.layers() + to) = 1.0;
+  }
+  return matrix;
+}
+
+LayeredMedium merge_layers(const LayeredMedium& medium, const Eigen::MatrixXd& normal,
+                           double allowance) {
+  const Eigen::VectorXd p = unknowns(medium);
+  const Eigen::VectorXd weighed = normal * p;
+  LayeredMedium fewest = medium;
+  for (;;) {
+    double least = allowance;
+    std::optional<LayeredMedium> best;
+    for (int l = 1; l < fewest.layers(); ++l) {
+      LayeredMedium fewer = fewest;
+      fewer.first.erase(fewer.first.begin() + l);
+      const Eigen::MatrixXd copied = copies(medium, fewer);
+      const Eigen::VectorXd right = copied.transpose() * weighed;
+      const Eigen::VectorXd values = (copied.transpose() * normal * copied).ldlt().solve(right);
+      const double rise = p.dot(weighed) - values.dot(right);
+      if (rise > least) continue;
+      least = rise;
+      best = with_unknowns(std::move(fewer), values);
+    }
+    if (!best) return fewest;
+    fewest = std::move(*best);
+  }
+}
 
 CoefficientPair to_fields(const LayeredMedium& medium, const MediumSpace& space) {
   const GridShape& shape = space.shape;
@@ -68,30 +111,25 @@ LinearPrior layer_prior(const LayeredMedium& start) {
                     Eigen::VectorXd::Zero(2 * layers - 1)};
   for (Eigen::Index l = 0; l + 1 < layers; ++l) {
     for (Eigen::Index half = 0; half < 2; ++half) {
-      prior.rows(2 * l + half, half * layers + l) = -1.0 / layer_spread;
-      prior.rows(2 * l + half, half * layers + l + 1) = 1.0 / layer_spread;
+      prior.rows(2 * l + half, half * layers + l) = -1.0 / defaults::expected::layer_spread;
+      prior.rows(2 * l + half, half * layers + l + 1) = 1.0 / defaults::expected::layer_spread;
     }
   }
-  prior.rows.bottomRows(1).setConstant(1.0 / (absorption_spread * static_cast<double>(layers)));
+  prior.rows.bottomRows(1).setConstant(
+      1.0 / (defaults::expected::absorption_spread * static_cast<double>(layers)));
   prior.value.tail(1) = prior.rows.bottomRows(1) * unknowns(start);
   return prior;
 }
 
 LayerFitter::LayerFitter(Objective& objective, const LayeredMedium& start)
     : objective_(objective),
-      first_(start.first),
+      start_(start),
       prior_(layer_prior(start)),
       at_{unknowns(start), {}, {}} {
   const Problem& problem = objective.problem();
   for (std::size_t i = 0; i < problem.weight.size(); ++i) {
     if (problem.weight[i] > 0.0) used_.push_back(i);
   }
-}
-
-LayeredMedium LayerFitter::medium(const Eigen::VectorXd& p) const {
-  const Eigen::Index layers = p.size() / 2;
-  return {first_, std::vector<double>(p.data(), p.data() + layers),
-          std::vector<double>(p.data() + layers, p.data() + 2 * layers)};
 }
 
 CoefficientPair LayerFitter::fields(const Eigen::VectorXd& p) const {

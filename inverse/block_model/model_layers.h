@@ -14,6 +14,19 @@
 
 namespace kappamu::inverse {
 
+/// log κ of the layers, then log μ; and the medium of other values for them.
+Eigen::VectorXd unknowns(const LayeredMedium& medium);
+LayeredMedium with_unknowns(LayeredMedium medium, const Eigen::VectorXd& unknowns);
+
+/// Unknowns of `many` layers from those of `few`, whose borders are among theirs.
+Eigen::MatrixXd copies(const LayeredMedium& many, const LayeredMedium& few);
+
+/// Neighbouring layers of `medium` joined, most alike first, while that is expected to raise χ² by
+/// no more than `allowance` altogether. `normal`: JᵀWJ by the unknowns, at a minimum of χ². To
+/// second order; fit the result anew.
+LayeredMedium merge_layers(const LayeredMedium& medium, const Eigen::MatrixXd& normal,
+                           double allowance);
+
 /// Values of every voxel.
 CoefficientPair to_fields(const LayeredMedium& medium, const MediumSpace& space);
 
@@ -34,7 +47,7 @@ struct LayeredFit {
 
 /// Keeps its Jacobian, so that descending again from where it is, with another correction of the
 /// objective or after a step, costs few solves: 2 per layer for a Jacobian, one per step, which
-/// Broyden's update makes good for the next.
+/// Broyden's update turns into the next Jacobian.
 class LayerFitter final : private Residuals {
  public:
   LayerFitter(Objective& objective, const LayeredMedium& start);
@@ -42,7 +55,7 @@ class LayerFitter final : private Residuals {
   /// Minimises ½ χ² + layer_prior() from where the last call ended. Gives up, unconverged, where χ²
   /// per datum would stay above `useful` even if a step kept several times its promise.
   LayeredFit descend(double useful = 0.0);
-  /// Where the objective's correction now changes with the medium in another way.
+  /// To be called when the slope of the objective's correction has changed.
   void forget_derivatives() { at_.jacobian.resize(0, 0); }
 
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
@@ -66,10 +79,10 @@ class LayerFitter final : private Residuals {
   /// Residuals where it is now.
   const Eigen::VectorXd& evaluate();
   CoefficientPair fields(const Eigen::VectorXd& p) const;
-  LayeredMedium medium(const Eigen::VectorXd& p) const;
+  LayeredMedium medium(const Eigen::VectorXd& p) const { return with_unknowns(start_, p); }
 
   Objective& objective_;
-  std::vector<int> first_;
+  LayeredMedium start_;
   std::vector<std::size_t> used_;  ///< data with weight
   LinearPrior prior_;
   LeastSquaresState at_;  ///< p: log κ of the layers, then log μ; Jacobian [used][p]

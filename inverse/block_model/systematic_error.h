@@ -13,7 +13,7 @@
 
 namespace kappamu::inverse {
 
-/// Of residuals s = √w (r M − d), whose noise has variance 1 where variances are right.
+/// Error in the residuals s = √w (r M − d), whose noise has variance 1 where variances are right.
 struct SystematicError {
   double variance = 0.0;        ///< of the part that neighbours share; at lag d this times
   double length = 1.0;          ///< exp(−d²/2 length²) [pixels]
@@ -22,11 +22,11 @@ struct SystematicError {
   double relative = 0.0;        ///< the shared part over the values, root of weighted mean squares
   double excess = 0.0;          ///< the same of all beyond the stated variance
 
-  /// Beyond what white noise and `tolerated`, in the stated variances, explain.
+  /// Whether it exceeds white noise and `tolerated`, in units of the stated variances.
   bool found(double tolerated) const;
 };
 
-/// What a solve knows of its own prediction: r M on [M][v][u], and the r in it.
+/// The prediction r M [M][v][u] and its r.
 struct CorrectedPrediction {
   const std::vector<double>& value;
   const std::vector<double>& ratio;

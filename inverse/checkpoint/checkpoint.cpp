@@ -11,7 +11,7 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr std::uint64_t format = 0x54504b432d554d4bULL;  // "KMU-CKPT" in memory, low byte first
-constexpr std::uint64_t version = 18;
+constexpr std::uint64_t version = 19;
 constexpr std::size_t checksum_at = 4 * sizeof(std::uint64_t);
 constexpr std::size_t header_bytes = checksum_at + sizeof(std::uint64_t);
 
@@ -43,7 +43,7 @@ std::span<const std::byte> unseal(std::span<const std::byte> bytes, std::uint64_
   if (found_format != format) throw InputError("is damaged or no checkpoint");
   if (found_version != version) throw InputError("is damaged or of another version of kappamu");
   const std::span<const std::byte> state = bytes.subspan(header_bytes);
-  if (size != state.size()) throw InputError("is damaged: its length is not what it says");
+  if (size != state.size()) throw InputError("is damaged: its length is not the one stated");
   if (sum != checksum(bytes.first(checksum_at), state)) {
     throw InputError("is damaged: its checksum does not match");
   }

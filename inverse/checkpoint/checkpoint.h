@@ -13,11 +13,11 @@
 
 namespace kappamu::inverse {
 
-/// `origin` tells apart what must not be mixed: fingerprint().
+/// `origin` identifies the fit: fingerprint().
 std::vector<std::byte> seal(std::span<const std::byte> state, std::uint64_t origin);
 
-/// The state within `bytes`. Throws InputError, which says why it cannot be used as the end of a
-/// sentence "A checkpoint ...".
+/// The state within `bytes`. Throws InputError with the reason, as the end of a sentence
+/// "A checkpoint ...".
 std::span<const std::byte> unseal(std::span<const std::byte> bytes, std::uint64_t origin);
 
 }  // namespace kappamu::inverse

@@ -133,7 +133,7 @@ class ByteReader {
   std::span<const std::byte> bytes_;
 };
 
-/// Tells inputs apart that a checkpoint must not be mixed with.
+/// Identifies the inputs that a checkpoint belongs to.
 class Fingerprint {
  public:
   template <class T>

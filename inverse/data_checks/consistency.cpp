@@ -16,9 +16,7 @@ namespace {
 
 using namespace defaults::consistency;
 
-/// Of 92 blocks that were to pay more than 0.15 all but one had paid more than 0.05 after 16 steps
-/// (studies/notes/fit-choices.md).
-constexpr ErrorSteps volume_steps{48, 16, 0.03};
+constexpr ErrorSteps volume_steps{most_steps, early_steps, least_early_gain};
 /// Standard errors that `patterns` patterns have estimated: Student's t exceeds so many of them as
 /// rarely as a normal number exceeds `most_deviations` (to first order in 1/degrees of freedom).
 double student(int patterns) {
@@ -82,7 +80,7 @@ bool Consistency::block_scale_is_wrong() const {
 }
 
 bool Consistency::is_too_bright() const {
-  return by_volume && !is_shifted() && by_volume->paid_for_scale > most_paid;
+  return by_volume && !is_shifted() && by_volume->scale_gain > most_scale_gain;
 }
 
 bool Consistency::scale_is_wrong() const {
@@ -199,7 +197,7 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
   try {
     return with_volume(volume, homogeneous, model_error, backend, seed);
   } catch (const InputError&) {
-    return homogeneous;  // a volume gone astray, which no solver follows, shows nothing
+    return homogeneous;  // no solver converges on a diverged volume
   }
 }
 
@@ -210,7 +208,7 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
   try {
     return fit_and_compare(problem, kappa, mu, model_error, backend, photons);
   } catch (const InputError&) {
-    return {};  // a fit must not end because its check cannot be made; warnings_of() says so
+    return {};  // a check that fails must not end the fit; warnings_of() reports it
   }
 }
 

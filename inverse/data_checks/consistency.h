@@ -1,8 +1,8 @@
-// Whether the data can be what they claim to be. A volume absorbs a wrong absolute scale, a wrong
-// refractive index and much of a shift between light and images into κ and μ, and its residuals
-// never tell. A homogeneous block cannot: what scale and shift suit it best, and how far patterns
-// agree on them, is asked of every fit (scale_and_shift.h). Where a volume was fitted, the
-// roughness that it paid for a shift or for values too high reveals more (volume_errors.h).
+// Whether absolute scale, refractive index and pose of the data are right. κ and μ of voxels absorb
+// a wrong scale, a wrong index and much of a shift between light and images, and the residuals do
+// not show it. A homogeneous block cannot absorb them: every fit first finds the scale and shift
+// that suit such a block best, with their spread between patterns (scale_and_shift.h). The
+// roughness of a fitted volume then gives finer estimates (volume_errors.h).
 #pragma once
 
 #include <cstddef>
@@ -33,29 +33,28 @@ struct Consistency {
   /// Refractive index with which a homogeneous block explains the data, where it does not with the
   /// one stated.
   std::optional<double> other_eta;
-  /// What the fitted volume shows, where one was asked [the problem's voxels].
+  /// By the fitted volume, if there is one [voxels of the problem].
   std::optional<VolumeErrors> by_volume;
   SolveCount solves;
 
-  /// Its shift goes in place of the block's, which stays where both report one: it is no matter of
-  /// derivatives.
+  /// The volume's shift replaces the block's, except where both are significant.
   void set_by_volume(const VolumeErrors& found);
   /// By the block, or values too high by the volume.
   bool scale_is_wrong() const;
   bool block_scale_is_wrong() const;
-  /// By the volume, where no shift makes it look so. Of values too low there is no such sign:
-  /// absorption and layers take up all of them.
+  /// By the volume, unless a shift explains it. Values that are too low cannot be detected, because
+  /// absorption and layers explain them.
   bool is_too_bright() const;
   bool is_shifted() const;
 };
 
-/// Of `problem`, the finest grid's, by transport where `photons` are given; `kappa` [mm] and `mu`
-/// [1/mm] are where to start. `model_error` is what it was made with.
+/// Checks `problem`, that of the finest grid, by transport if `photons` are given. The search
+/// starts at `kappa` [mm] and `mu` [1/mm]; `model_error` is the one in the problem's weights.
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const ModelError& model_error, const Backend& backend,
                               const std::optional<PhotonOptions>& photons = std::nullopt);
 
-/// What the fit of a volume ended with.
+/// The end of a volume's fit.
 struct FittedVolume {
   const Problem& problem;  ///< the finest grid's
   const CoefficientPair& fields;
@@ -71,18 +70,18 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
 /// A sentence for each finding but a shift: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
 
-/// The least shifted of the channels checked, where every one is shifted: images and light lie
-/// apart alike in all of them, while what the block's structure adds grows with absorption.
+/// The least shifted of the channels checked, if every one is shifted. A true shift is the same in
+/// all channels; what structure adds to it grows with absorption.
 std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels);
 
-/// Of values too high (is_too_bright()): by how much, and what to check.
+/// Values too high (is_too_bright()): size, and what to check.
 std::string brightness_sentence(const Consistency& consistency);
 
 /// A shift by how much, and what to check.
 std::string shift_sentence(const Consistency& consistency, const GridShape& grid, Face seen_face);
 
-/// What was found, what would have been reported, and what the data cannot determine; empty where
-/// nothing was checked.
+/// Summary of the findings, of their bounds and of what the data cannot determine; empty if nothing
+/// was checked.
 std::string in_words(const Consistency& consistency, double eta);
 
 }  // namespace kappamu::inverse

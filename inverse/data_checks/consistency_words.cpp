@@ -1,4 +1,4 @@
-// What was found of scale, pose and eta, in sentences.
+// Findings on scale, pose and eta as sentences.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -28,10 +28,10 @@ std::string brightness_sentence(const Consistency& c) {
   const VolumeErrors& found = *c.by_volume;
   return formatted(
       "All values seem too high, by more than the factor of %.2f that the volume shows: %.0f %% of "
-      "its roughness is for them, and kappa and mu that take them up are wrong. Check the white "
+      "its roughness is due to them, and kappa and mu that absorb them are wrong. Check the white "
       "reference, the exposure times and eta, and whether diffusion holds in so thick or thin a "
       "block.",
-      std::exp(found.log_scale->value), 100.0 * found.paid_for_scale);
+      std::exp(found.log_scale->value), 100.0 * found.scale_gain);
 }
 
 std::string shift_sentence(const Consistency& c, const GridShape& grid, Face seen_face) {

@@ -15,7 +15,7 @@ namespace {
 
 using namespace defaults::physics_choice;
 
-/// What was seen of a pattern, in all.
+/// Sum of the data of a pattern.
 double brightness(const Problem& problem, int pattern) {
   const std::size_t cells = problem.seen_shape().cells();
   double sum = 0.0;

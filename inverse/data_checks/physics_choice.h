@@ -1,6 +1,6 @@
-// Whether diffusion is good enough for a block: it is where transport finds much the same
-// homogeneous one in the data. How far off diffusion's light is tells less: of structured blocks
-// 3.5 mean free paths thick it is by 1 %, and κ by 40 % (studies/notes/fit-choices.md).
+// Whether diffusion is accurate enough for a block: whether transport finds nearly the same
+// homogeneous block in the data. The error of diffusion's light is no criterion: on structured
+// blocks 3.5 mean free paths thick it is 1 %, that of κ 40 % (studies/notes/fit-choices.md).
 #pragma once
 
 #include <string>
@@ -16,10 +16,10 @@ struct PhysicsChoice {
   SolveCount solves;
 };
 
-/// By four patterns of `problem`, on the finest grid, from the homogeneous `start` by diffusion:
-/// its best block by either, transport's by one r of as many photons as leave 15 % of noise in a
-/// pixel. Transport where they differ by more than 5 % of κ or 15 % of μ, and by more than half of
-/// what the start's structure leaves uncertain.
+/// Fits the best homogeneous block by diffusion and by transport to four patterns of `problem` on
+/// the finest grid, from the homogeneous `start` by diffusion. Transport's r has 15 % of noise in a
+/// pixel. Transport is chosen if the blocks differ by more than 5 % of κ or 15 % of μ, and by more
+/// than half of the start's standard deviations.
 PhysicsChoice choose_physics(const Problem& problem, const HomogeneousFit& start,
                              const Backend& backend, PhotonOptions photons);
 

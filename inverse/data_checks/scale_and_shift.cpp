@@ -11,7 +11,6 @@
 #include "inverse/block_model/model_layers.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
-#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -24,7 +23,7 @@ class Exposure final : private Residuals {
   Exposure(Objective& objective, const LayeredMedium& start)
       : objective_(objective),
         face_(objective.problem().seen_shape()),
-        first_(start.first),
+        start_(start),
         layers_(start.layers()),
         prior_(layer_prior(start)) {
     const Problem& problem = objective.problem();
@@ -38,9 +37,7 @@ class Exposure final : private Residuals {
     }
     if (used_.empty()) throw InputError("no datum stands three standard deviations above zero");
     at_.p = Eigen::VectorXd::Zero(2 * layers_ + 3);
-    at_.p.head(layers_) = Eigen::Map<const Eigen::VectorXd>(start.log_kappa.data(), layers_);
-    at_.p.segment(layers_, layers_) =
-        Eigen::Map<const Eigen::VectorXd>(start.log_mu.data(), layers_);
+    at_.p.head(2 * layers_) = unknowns(start);
     const Eigen::Index rows = prior_.rows.rows();
     prior_.rows.conservativeResizeLike(Eigen::MatrixXd::Zero(rows + 3, at_.p.size()));
     prior_.rows(rows, 2 * layers_) = 1.0 / scale_spread;
@@ -51,7 +48,7 @@ class Exposure final : private Residuals {
 
   CoefficientPair fields() const { return fields(medium(at_.p)); }
 
-  /// From where the last call ended, whose derivatives another correction does not change.
+  /// Continues from the end of the last call. Its Jacobian is reused: another r changes it little.
   ExposureFit run(const ModelError& model_error) {
     at_.residual = residual(at_.p);
     if (at_.residual.size() == 0) throw InputError("the diffusion solver fails at the start");
@@ -97,10 +94,7 @@ class Exposure final : private Residuals {
            b * ((1 - a) * value(v1, u0) + a * value(v1, u1));
   }
 
-  LayeredMedium medium(const Eigen::VectorXd& p) const {
-    return {first_, std::vector<double>(p.data(), p.data() + layers_),
-            std::vector<double>(p.data() + layers_, p.data() + 2 * layers_)};
-  }
+  LayeredMedium medium(const Eigen::VectorXd& p) const { return with_unknowns(start_, p); }
   CoefficientPair fields(const LayeredMedium& of) const {
     return to_fields(of, objective_.space());
   }
@@ -111,7 +105,8 @@ class Exposure final : private Residuals {
     last_ = {p, objective_.prediction()};
     const Problem& problem = objective_.problem();
     for (std::size_t i = 0; i < last_.log_map.size(); ++i) {
-      const double floor = darkest_ratio * std::max(std::abs(problem.data[i]), 1e-30);
+      const double floor =
+          defaults::expected::darkest_ratio * std::max(std::abs(problem.data[i]), 1e-30);
       last_.log_map[i] = std::log(std::max(last_.log_map[i], floor));
     }
     return residual(last_.log_map, p);
@@ -129,12 +124,12 @@ class Exposure final : private Residuals {
     return residual(here_.log_map, p);
   }
 
-  /// Heterogeneity and weights that the residuals suggest.
+  /// Updates the heterogeneity from the residuals; weights with it.
   Eigen::VectorXd weights(const Eigen::VectorXd& residual) override {
     double square = 0.0;
     double sum = 0.0;
     for (std::size_t k = 0; k < used_.size(); ++k) {
-      // Bright, precise data would otherwise decide alone.
+      // Without the heterogeneity the brightest data would dominate.
       const double w = 1.0 / (noise_[k] + heterogeneity_ * heterogeneity_);
       square +=
           w * (residual[static_cast<Eigen::Index>(k)] * residual[static_cast<Eigen::Index>(k)] -
@@ -185,7 +180,7 @@ class Exposure final : private Residuals {
     }
   }
 
-  /// Spread between patterns of what each pulls the parameters to.
+  /// Covariance of the parameters from the scatter of the gradient between patterns.
   Eigen::MatrixXd sandwich() const {
     const int patterns = objective_.problem().patterns;
     Eigen::MatrixXd pull = Eigen::MatrixXd::Zero(at_.p.size(), patterns);
@@ -224,7 +219,7 @@ class Exposure final : private Residuals {
 
   Objective& objective_;
   FaceShape face_;
-  std::vector<int> first_;
+  LayeredMedium start_;
   Eigen::Index layers_;
   LinearPrior prior_;
   LeastSquaresState at_;  ///< p: log κ and log μ of the layers, log scale, shift in u and v

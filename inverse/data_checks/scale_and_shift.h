@@ -1,6 +1,5 @@
-// What residuals of a volume never reveal: a wrong scale of all values is absorbed by κ and μ of
-// voxels entirely, a shift of the images largely. A block of few layers cannot absorb either. It is
-// fitted here together with the scale and the shift that suit the data best.
+// Scale of all values and shift of the images, fitted together with a block of few layers. κ and μ
+// of voxels absorb a wrong scale entirely and a shift largely; few layers absorb neither.
 #pragma once
 
 #include "inverse/block_model/block_model.h"
@@ -28,9 +27,9 @@ struct ExposureFit {
 
 /// Levenberg-Marquardt on the logarithms of the data that stand above their noise, each with the
 /// heterogeneity added to its spread, from `start`. Errors are those between patterns (Huber's
-/// sandwich): light through other parts of a structured block tells another scale. Needs two
-/// patterns. The objective's correction is made by `finer` at `start`, and again where that led if
-/// it came near the data.
+/// sandwich estimator), because light through other parts of a structured block gives another
+/// scale. Needs two patterns. `finer` gives the correction r at `start`, and again at the end of a
+/// fit that comes near the data.
 ExposureFit fit_exposure(Objective& objective, const Refinement& finer, const LayeredMedium& start,
                          const ModelError& model_error);
 

@@ -1,6 +1,6 @@
-// Whether a fit's residuals are what the stated errors that pixels share let them be
-// (smooth_error.h). χ² of all values cannot tell: the mean of the light and its longest waves are a
-// handful among thousands, and may be fifty of their deviations off.
+// Whether a fit's residuals agree with the stated errors that pixels share (smooth_error.h). χ² of
+// all values is no test of it: the mean of the light and its longest waves are a few values among
+// thousands, so that χ² hides errors of fifty of their standard deviations.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@
 namespace kappamu::inverse {
 
 struct SharedErrors {
-  /// Of the octave that is furthest off: χ² over what chance lets it be, at three standard
-  /// deviations of chance; at most 1 where the statement holds. 0: errors are independent.
+  /// χ² of the worst octave over its bound, three standard deviations of chance; at most 1 if the
+  /// stated errors hold. 0: errors are independent.
   double excess = 0.0;
   OctaveMisfit octave;  ///< that one
-  /// Of all light used, predicted over measured, less 1.
+  /// Predicted over measured sum of all light used, less 1.
   double mean = 0.0;
   double stated = 0.0;  ///< standard deviation of that, by the statement; 0: none
 
@@ -24,7 +24,7 @@ struct SharedErrors {
   double mean_off() const;
 };
 
-/// Of `prediction` [M][v][u] as problem.data; of zeros where nothing is stated.
+/// `prediction` [M][v][u] as problem.data. All zero if no shared errors are stated.
 SharedErrors shared_errors(const Problem& problem, const DataTermOptions& options,
                            const std::vector<double>& prediction);
 

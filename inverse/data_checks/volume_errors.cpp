@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <vector>
 
 #include "core/numbers/conjugate_gradients.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/defaults.h"
+#include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/posterior_hessian.h"
 
 namespace kappamu::inverse {
 
@@ -21,8 +22,8 @@ using namespace defaults::volume_errors;
 
 /// Columns: shifts along u and v, and the logarithm of the scale where it can be known.
 constexpr Eigen::Index shifts = 2, scale = 2;
-/// Share of S that the last step of conjugate gradients may still have taken away: of a scale's S,
-/// of which the volume absorbs all but thousandths, each step takes little.
+/// Share of S by which the last step of conjugate gradients may still lower it. The volume absorbs
+/// nearly all of a scale, so each step lowers its S by little.
 constexpr std::array<double, shifts + 1> small_change{0.01, 0.01, 0.001};
 
 /// Derivatives of `root_weight` times the prediction by shifts along u and v [voxels] and by the
@@ -85,7 +86,16 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
   for (std::size_t i = 0; i < prediction.size(); ++i) {
     residual[static_cast<Eigen::Index>(i)] = root_weight[i] * (problem.data[i] - prediction[i]);
   }
-  const PosteriorHessian hessian(objective, prior, probes, seed);
+  const MediumSpace& space = objective.space();
+  const Basis basis =
+      posterior_metric(prior, space, prior_blocks(random_rows(objective, probes, seed), space));
+  const auto gradient = [&](const CoefficientPair& by_field) {
+    const Vector z = basis.gradient(by_field);
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(z.data(), std::ssize(z)));
+  };
+  const auto product = [&](const Eigen::VectorXd& z) {
+    return gradient(hessian_product(objective, prior, basis.to_fields({z.begin(), z.end()})));
+  };
   Eigen::MatrixXd weighed(columns.rows(), errors);
   for (Eigen::Index k = 0; k < errors; ++k) {
     std::vector<double> column(columns.col(k).begin(), columns.col(k).end());
@@ -94,27 +104,24 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
   }
   Eigen::MatrixXd s = columns.transpose() * weighed;
   Eigen::VectorXd pull = weighed.transpose() * residual;
-  const Roughness rough = smoothing(fields, objective.space(), prior);
-  const Eigen::VectorXd rise =
-      hessian.gradient(objective.gradient()) + hessian.gradient(rough.gradient);
+  const Roughness rough = smoothing(fields, space, prior);
+  const Eigen::VectorXd rise = gradient(objective.gradient()) + gradient(rough.gradient);
   std::vector<Eigen::VectorXd> pulls;
   std::vector<GradientSolution> solutions;
   for (Eigen::Index k = 0; k < errors; ++k) {
     const Eigen::VectorXd data = weighed.col(k);
-    pulls.push_back(hessian.gradient(objective.jacobian_transpose({data.begin(), data.end()})));
+    pulls.push_back(gradient(objective.jacobian_transpose({data.begin(), data.end()})));
     int taken = 0;
     const auto enough = [&](const GradientStep& step) {
       const double left = s(k, k) - step.energy;
       // Until bᵀ H⁻¹ b grows by less than a share of what FᵀF is above it.
       return step.gain < small_change[static_cast<std::size_t>(k)] * left ||
-             (++taken == steps.telling && k == scale &&
-              fall(pull[k] + step.x.dot(rise), left) < steps.hardly_paid * rough.value);
+             (++taken == steps.early && k == scale &&
+              fall(pull[k] + step.x.dot(rise), left) < steps.least_gain * rough.value);
     };
-    solutions.push_back(
-        conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian.product(z); },
-                            pulls.back(), steps.most, enough));
+    solutions.push_back(conjugate_gradients(product, pulls.back(), steps.most, enough));
   }
-  // Corrected by the residuals, what is left of the errors of S is of second order.
+  // With the residuals' correction the remaining errors of S are of second order.
   for (Eigen::Index k = 0; k < errors; ++k) {
     const auto row = static_cast<std::size_t>(k);
     for (Eigen::Index l = 0; l < errors; ++l) {
@@ -132,7 +139,7 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
     found.log_scale = estimate(scale);
     const Estimate& f = *found.log_scale;
     if (rough.value > 0.0) {
-      found.paid_for_scale = fall(f.value, f.error * f.error) / rough.value;
+      found.scale_gain = fall(f.value, f.error * f.error) / rough.value;
     }
   }
   return found;

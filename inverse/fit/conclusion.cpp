@@ -9,13 +9,12 @@
 #include "forward/diffusion_warnings.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/lateral_hessian.h"
-#include "inverse/uncertainty/sensitivity.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// What follows "at chi2 per value 1.23" in the sentence on how a fit ended.
+/// The clause after "at chi2 per value 1.23" in the sentence on the end of a fit.
 std::string clause(PathEnd end) {
   switch (end) {
     case PathEnd::noise:
@@ -26,14 +25,13 @@ std::string clause(PathEnd end) {
       return "; under less smoothing cross-validation expects more error of other light";
     case PathEnd::unknown:
     case PathEnd::asked:
-    case PathEnd::no_gain:
     case PathEnd::lowest:
       break;
   }
   return "";
 }
 
-/// What photons were followed in had other coefficients there (photon_ratio.h).
+/// Photons were followed through other coefficients there (photon_ratio.h).
 std::optional<std::string> no_scattering(const Medium& medium) {
   std::size_t without = 0;
   for (std::size_t i = 0; i < medium.kappa.size(); ++i) {
@@ -45,7 +43,7 @@ std::optional<std::string> no_scattering(const Medium& medium) {
          "them for almost pure absorbers.";
 }
 
-std::optional<std::string> hardly_scatters(const Medium& medium, const forward::GridSetup& setup) {
+std::optional<std::string> thin_block(const Medium& medium, const forward::GridSetup& setup) {
   double mean = 0.0;
   for (const double kappa : medium.kappa.values()) {
     mean += kappa / static_cast<double>(medium.kappa.size());
@@ -53,9 +51,9 @@ std::optional<std::string> hardly_scatters(const Medium& medium, const forward::
   const double paths = setup.thickness_mm() / (3.0 * mean);
   if (paths >= defaults::thinnest) return std::nullopt;
   return formatted(
-      "The block is %.1f transport mean free paths thick: what passes has hardly scattered, so "
-      "that "
-      "mu is weakly determined, and both coefficients hold for isotropic scattering alone. Measure "
+      "The block is %.1f transport mean free paths thick: much of the light passes unscattered, "
+      "so that mu is weakly determined, and both coefficients hold for isotropic scattering alone. "
+      "Measure "
       "a thicker block.",
       paths);
 }
@@ -71,7 +69,7 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
   if (report.physics == Physics::diffusion) {
     warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
   } else {
-    for (const auto& sentence : {no_scattering(medium), hardly_scatters(medium, setup)}) {
+    for (const auto& sentence : {no_scattering(medium), thin_block(medium, setup)}) {
       if (sentence) warnings.push_back(*sentence);
     }
   }
@@ -165,11 +163,11 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
   if (!has_prior) return;
   fit.prior = prior_of(run);
   fit.blocks = prior_blocks(rows, space);
-  fit.missed =
-      missed_structure(objective, run.state.fields,
-                       point_spread(prior_metric(*fit.prior, space),
-                                    posterior_metric(*fit.prior, space, fit.blocks), space),
-                       *fit.prior);
+  fit.unresolved =
+      unresolved_structure(objective, run.state.fields,
+                           point_spread(prior_metric(*fit.prior, space),
+                                        posterior_metric(*fit.prior, space, fit.blocks), space),
+                           *fit.prior);
 }
 
 }  // namespace kappamu::inverse

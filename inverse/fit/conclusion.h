@@ -1,5 +1,4 @@
-// What comes of a fit: how it ended, in a sentence; whether its data are consistent; how far it can
-// be trusted.
+// The end of a fit: its reason in a sentence, the checks of its data, its deviations.
 #pragma once
 
 #include "inverse/fit/fit_run.h"
@@ -10,13 +9,12 @@ namespace kappamu::inverse {
 /// How and why the path ended, into the report.
 void conclude(FitRun& run, const Stage& stage);
 
-/// Whether the images are shifted or too bright, by the volume that was fitted, at which the
-/// objective is. One that does not explain the data may show a shift but clears them of none: its
-/// edges stand for it. [W]'s regulariser says nothing of what volumes are likely.
+/// Whether the images are shifted or too bright, by the fitted volume, at which the objective is. A
+/// volume that does not explain the data may show a shift but does not exclude one, because its
+/// edges may explain it. Skipped with [W]'s regulariser, which is no prior.
 void check_data(FitRun& run);
 
-/// What the data say of each voxel, and what deviations are made of (fit_uncertainty.h), as far as
-/// they are asked for.
+/// Sensitivities and the parts of the deviations (fit_uncertainty.h), if asked for.
 void find_deviations(FitRun& run, ChannelFit& fit);
 
 }  // namespace kappamu::inverse

@@ -92,8 +92,8 @@ template <class Path, class Visitor>
 void path(Path& options, Visitor& visit) {
   constexpr const char* group = option_groups[2];
   auto& [model, start_kappa, start_mu, weight, first_weight, last_weight, weight_factor,
-         target_chi2, stagnation, stage_tolerance, final_tolerance, stage_steps, max_levels,
-         correct_grid] = options;
+         target_chi2, stage_tolerance, final_tolerance, stage_steps, max_levels, correct_grid] =
+      options;
   visit(Option{"model", group, "--model", "", bounds::any,
                "homogeneous, layered (even layers across the light), volume, or auto: the simplest "
                "that the data do not reject, channel by channel"},
@@ -120,9 +120,6 @@ void path(Path& options, Visitor& visit) {
                "The weight is lowered until chi2 per value is this, and on while cross-validation "
                "expects a gain; above 1 for a smoother volume"},
         target_chi2);
-  visit(Option{"stagnation", group, "", "", bounds::share,
-               "A lower weight that lowers chi2 by less than this share ends the path"},
-        stagnation);
   visit(Option{"stage_tolerance", group, "--stage-tolerance", "", bounds::below_one,
                "Relative decrease of the objective per step below which a weight is done"},
         stage_tolerance);

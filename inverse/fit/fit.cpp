@@ -53,8 +53,8 @@ void begin_continued(FitRun& run, const Continuation& from) {
   run.renew_correction(run.state.fields);
 }
 
-/// The homogeneous block, what it says of the data, and the model: a volume begins on the coarsest
-/// grid, a model of few unknowns is the result.
+/// Homogeneous block, checks of the data, choice of the model. A volume begins on the coarsest
+/// grid; a model of few unknowns is the result.
 void begin(FitRun& run) {
   const PathOptions& path = run.options.path;
   const GridLevels& levels = run.grid.levels();
@@ -106,7 +106,7 @@ void descend(FitRun& run, Stage& stage) {
   for (;;) {
     const Minimum minimum = settle(run, stage);
     ahead = outlook(run, stage, minimum.renewed);
-    at.end = end_of_path(path, at.weight, minimum, ahead, {at.last_chi2, at.last_score});
+    at.end = end_of_path(path, at.weight, minimum, ahead, at.last_score);
     if (at.end == PathEnd::model_error) break;
     at.last_chi2 = minimum.renewed;
     at.last_score = ahead ? cross_validation(minimum.renewed, ahead->free_share) : 0.0;

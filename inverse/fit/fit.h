@@ -26,8 +26,8 @@
 #include "inverse/problem/objective.h"
 #include "inverse/problem/predict.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/missed_structure.h"
 #include "inverse/uncertainty/uncertainty.h"
+#include "inverse/uncertainty/unresolved_structure.h"
 
 namespace kappamu::inverse {
 
@@ -45,7 +45,6 @@ enum class PathEnd {
   noise,        ///< the data are explained to their noise
   validated,    ///< and a lower weight promises more error under other light
   model_error,  ///< above the noise a lower weight promises more error under other light
-  no_gain,      ///< a lower weight did not lower χ²
   lowest        ///< PathOptions::last_weight
 };
 
@@ -88,16 +87,16 @@ struct ChannelFit {
   Medium medium;
   /// [M][v][u], unit of SurfaceMeasurements::value, r included.
   std::vector<float> prediction;
-  /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
-  /// voxel alone, in standard deviations per unit of log. Empty unless they or deviations are
-  /// asked for.
+  /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: sensitivity
+  /// to the voxel alone, in standard deviations of the data per unit of log. Empty unless
+  /// sensitivities or deviations are asked for.
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
   Correction correction;  ///< r at the end
-  /// Of a volume whose deviations are asked for (fit_uncertainty.h).
+  /// Set for volumes whose deviations are asked for (fit_uncertainty.h).
   std::optional<Prior> prior;
-  LateralBlocks blocks;  ///< prior_blocks() at the end; empty where there is no prior
-  EvenChange missed;     ///< missed_structure() at the end
+  LateralBlocks blocks;   ///< prior_blocks() at the end; empty where there is no prior
+  EvenChange unresolved;  ///< unresolved_structure() at the end
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;
@@ -133,7 +132,7 @@ struct Continuation {
   std::string physics_reason{};
 };
 
-/// What a fit may be given beside measurements and options.
+/// Optional input beside measurements and options.
 struct FitContext {
   /// Start from this volume, on the finest grid, instead of the homogeneous block.
   std::optional<Continuation> continued;
@@ -144,8 +143,8 @@ struct FitContext {
 /// How volumes that a fit by `physics`, none of them Physics::automatic, found predict light.
 PredictOptions predict_options(const FitOptions& options, Physics physics);
 
-/// What a reader of the volumes should know: χ² far above the noise, coefficients that the
-/// physics taken or the grid describe poorly.
+/// Warnings on χ² far above the noise and on coefficients that the chosen physics or the grid
+/// describes poorly.
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options);

@@ -1,4 +1,4 @@
-// What tells one fit from another.
+// A hash that identifies a fit.
 #pragma once
 
 #include <cstdint>

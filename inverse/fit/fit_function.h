@@ -27,13 +27,13 @@ class FitFunction final : public Function {
   Vector gradient() override;
   double amplitude(const Vector& z, const Vector& direction) override;
   double last_roughness() const { return roughness_.value; }
-  /// An L-BFGS pair of `before`, the same fields' function at another weight, in other coordinates
-  /// or with another correction r, made one of this: the change of the gradient that the step would
-  /// have brought here. Exact but for r, for the scale's bend and, for Huber-TV, its slopes, which
-  /// are those of the last value().
+  /// Translates an L-BFGS pair of `before`, the function of the previous weight, to this function:
+  /// `change` becomes the change of this gradient along the step. Exact up to three terms: the new
+  /// r, the curvature of the absorption scale, and the diffusivity of Huber-TV, which is that of
+  /// the last value().
   void adopt(const FitFunction& before, Vector& step, Vector& change) const;
-  /// How far χ² falls from its minimum under this weight, `fields`, to that under `weight`, were
-  /// the data's Hessian the metric's: `basis` is that weight's.
+  /// Predicted decrease of χ² from the minimum `fields` of this weight to the minimum of `weight`.
+  /// The metric `basis`, made for `weight`, stands for the Hessian.
   double chi2_gain(const CoefficientPair& fields, const Basis& basis, double weight) const;
 
  private:

@@ -9,7 +9,7 @@
 
 namespace kappamu::inverse {
 
-/// Of one channel's volume on `measurements.grid` [bytes]; simpler models take less.
+/// Memory of one channel's volume on `measurements.grid` [bytes]; simpler models take less.
 struct FitMemory {
   double device = 0.0;  ///< main memory too where the device is a processor
   double host = 0.0;
@@ -25,7 +25,7 @@ int fits_at_once(const FitMemory& of_one, const Backend& backend, int channels);
 
 /// "about 5.4 GB of memory at the peak".
 std::string in_words(const FitMemory& memory);
-/// Where a machine of `available` bytes is too small.
+/// A warning if `available` bytes are too few.
 std::optional<std::string> warning_of(const FitMemory& memory, double available);
 
 }  // namespace kappamu::inverse

@@ -14,7 +14,7 @@
 
 namespace kappamu::inverse {
 
-/// What a misfit is, and costs.
+/// The data term.
 struct DataOptions {
   DataTermOptions term;
   forward::Convention convention = forward::Convention::physical;
@@ -23,7 +23,7 @@ struct DataOptions {
   ModelError coarse_model_error{0.03, 3e-3};  ///< on the others
 };
 
-/// What is preferred among volumes that explain the data (roughness.h).
+/// The regulariser (roughness.h).
 struct RegulariserOptions {
   RegulariserKind kind = RegulariserKind::huber_tv;
   double edge_slope = 1.0;
@@ -33,7 +33,7 @@ struct RegulariserOptions {
 /// From start to end: models, grids and weights.
 struct PathOptions {
   Model model = Model::automatic;
-  /// Where the search for the homogeneous start may begin as well; both or neither.
+  /// A further start of the search for the homogeneous block; both or neither.
   std::optional<double> start_kappa;  ///< [mm]
   std::optional<double> start_mu;     ///< [1/mm]
   std::optional<double> weight;       ///< α, or [W]'s λ with [W]'s regulariser
@@ -41,8 +41,6 @@ struct PathOptions {
   double last_weight = 1e-3;
   double weight_factor = 0.3;
   double target_chi2 = 1.0;
-  /// Below it what is left of χ² is not the regulariser's doing.
-  double stagnation = 0.03;
   double stage_tolerance = 1e-3;
   double final_tolerance = 3e-4;  ///< at least stage_tolerance: the path's last weight is the fit's
   int stage_steps = 400;

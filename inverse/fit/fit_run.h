@@ -1,5 +1,4 @@
-// What the steps of a fit share: what it is given, where it stands, the grid that is open. The
-// order of the steps is fit.cpp's.
+// Input, state and open grid of a fit, shared by its steps. Their order is in fit.cpp.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +15,7 @@
 
 namespace kappamu::inverse {
 
-/// Where the minimisation at one weight stands between two steps.
+/// State of the minimisation at one weight between two steps.
 struct StageState {
   CoefficientPair begun;        ///< where the weight was begun
   LateralBlocks blocks;         ///< the data's Hessian there, by the fields
@@ -93,9 +92,9 @@ struct FitRun {
   double renew_correction(const CoefficientPair& fields);
 };
 
-/// What the fields are drawn to.
+/// The regulariser's anchor.
 Anchor anchor_of(const FitRun& run);
-/// Of the fit's α at its end.
+/// With the fit's last α.
 Prior prior_of(const FitRun& run);
 
 }  // namespace kappamu::inverse

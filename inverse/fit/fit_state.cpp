@@ -22,7 +22,7 @@ namespace kappamu::inverse {
 template <class T, class U>
 concept Is = std::same_as<std::remove_const_t<T>, U>;
 
-// What a checkpoint holds, in this order: the same lines write and read it.
+// Contents of a checkpoint, in order. The same lines write and read it.
 
 static void transfer(ByteWriter& out, const Eigen::MatrixXd& block) {
   out(static_cast<std::uint64_t>(block.rows()),

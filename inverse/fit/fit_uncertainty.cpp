@@ -129,15 +129,15 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
 }
 
 SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit) {
-  double valley = 0.0;
-  EvenChange missed;
+  double contrast = 0.0;
+  EvenChange unresolved;
   for (const ChannelFit& fit : fits) {
     if (!fit.prior) continue;
-    valley = std::max(valley, valley_deviation(fit.medium.kappa, lit));
-    missed.log_kappa = std::max(missed.log_kappa, std::abs(fit.missed.log_kappa));
-    missed.log_mu = std::max(missed.log_mu, std::abs(fit.missed.log_mu));
+    contrast = std::max(contrast, contrast_deviation(fit.medium.kappa, lit));
+    unresolved.log_kappa = std::max(unresolved.log_kappa, std::abs(fit.unresolved.log_kappa));
+    unresolved.log_mu = std::max(unresolved.log_mu, std::abs(fit.unresolved.log_mu));
   }
-  return shared_deviation(valley, missed);
+  return shared_deviation(contrast, unresolved);
 }
 
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDeviation& shared,

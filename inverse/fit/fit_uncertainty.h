@@ -1,6 +1,7 @@
 // How far fitted coefficients can be trusted, once the fits of all channels have ended: volumes of
-// one material share one contrast (inverse/uncertainty/valley.h); homogeneous and layered blocks
-// have few unknowns, so that C = (JᵀWJ + P)⁻¹ is exact, P being the weak prior of model_layers.h.
+// one material share one contrast (inverse/uncertainty/shared_deviation.h); homogeneous and layered
+// blocks have few unknowns, so that C = (JᵀWJ + P)⁻¹ is exact, P being the weak prior of
+// model_layers.h.
 #pragma once
 
 #include <optional>
@@ -11,19 +12,20 @@
 
 namespace kappamu::inverse {
 
-/// By the widest of the volumes' valley_deviation() and the most that one misses: channels are of
-/// one material, and light that is absorbed early finds too little of its contrast (docs/theory.md,
-/// 5).
+/// The largest contrast_deviation() and the largest unresolved structure of the volumes serve all:
+/// channels share one material, and light that is absorbed early finds too little of its contrast
+/// (docs/theory.md, 5).
 SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit);
 
-/// Of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `shared` beside it.
-/// No solve: the fit has made them.
+/// Deviations of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `shared`.
+/// Needs no further solve.
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDeviation& shared,
                                         const SurfaceMeasurements& fitted);
 
-/// Of `fit`, whose model is homogeneous or layered, to `fitted`: one tangent solve per unknown and
-/// the correction anew. Every voxel has its layer's deviations; resolution is 1, since no smoothing
-/// decides. That the block is of this kind, and the layers where they are, is taken for granted.
+/// Deviations of `fit`, whose model is homogeneous or layered, to `fitted`: one tangent solve per
+/// unknown and the correction anew. Every voxel has its layer's deviations; resolution is 1, since
+/// no smoothing decides. That the block is of this kind, and the layers where they are, is taken
+/// for granted.
 Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                        int channel, const FitOptions& options);
 

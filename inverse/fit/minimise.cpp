@@ -36,14 +36,14 @@ Regulariser regulariser_of(const FitRun& run) {
 /// The metric of a weight from the data's Hessian `blocks`, by log κ and a coordinate by which log
 /// μ has `slope`.
 Basis basis_of(const FitRun& run, double weight, const LateralBlocks& blocks, double slope,
-               double uncoupled) {
+               double off_diagonal_damping) {
   const MediumSpace& space = run.grid.space();
   const SolverOptions& options = run.options.solver;
   const double metric =
       metric_weight(regulariser_of(run), weight, space, run.state.report.homogeneous_kappa);
   return {space,
           BasisOptions{options.coordinates, options.smooth_length * space.thickness_mm, metric,
-                       uncoupled, slope},
+                       off_diagonal_damping, slope},
           blocks};
 }
 
@@ -69,7 +69,8 @@ void update_correction(FitRun& run, Stage& stage) {
   stage.small_decreases = 0;
 }
 
-/// Asked of data whose pixels share errors; where noise is white the rounds of a weight find out.
+/// Used only when measurement errors are correlated. For white noise a second minimisation at the
+/// same weight serves (settle()).
 bool correction_is_outdated(const FitRun& run, const Stage& stage) {
   const double target = run.options.path.target_chi2;
   return run.options.path.correct_grid && run.grid.level() == 0 && stage.chi2 <= target &&
@@ -108,8 +109,9 @@ void minimise(FitRun& run, Stage& stage) {
 void set_function(FitRun& run, Stage& stage) {
   const AbsorptionScale scale = scale_of(run);
   const double weight = run.state.weight;
-  stage.basis = std::make_unique<Basis>(basis_of(
-      run, weight, stage.scaled_blocks, scale.mean_slope(stage.begun), defaults::uncoupled_share));
+  stage.basis = std::make_unique<Basis>(basis_of(run, weight, stage.scaled_blocks,
+                                                 scale.mean_slope(stage.begun),
+                                                 defaults::off_diagonal_damping));
   stage.function = std::make_unique<FitFunction>(run.grid.objective(), *stage.basis, anchor_of(run),
                                                  weight, regulariser_of(run), stage.begun, scale);
 }
@@ -164,15 +166,14 @@ Minimum settle(FitRun& run, Stage& stage) {
   const auto round = [&] {
     minimise(run, stage);
     run.state.fields = stage.function->fields(stage.optimiser.z);
-    // What counts is the χ² of a model corrected here, not where this weight was begun.
+    // χ² counts with r made here, not with that of the weight's beginning.
     const double minimised = stage.chi2;
     return Minimum{minimised, run.renew_correction(run.state.fields)};
   };
   Minimum minimum = round();
   // Not so where the user fixed the weight from the start, as [W] does.
   const bool may_go_on = !run.fixed_weight() || run.context.continued.has_value();
-  if (!stage.again && may_go_on &&
-      is_taken_back(run.options.path, minimum, run.grid.level() == 0)) {
+  if (!stage.again && may_go_on && is_reverted(run.options.path, minimum, run.grid.level() == 0)) {
     stage.again = true;
     repeat_weight(run, stage);
     minimum = round();
@@ -199,15 +200,14 @@ std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi
   if (run.grid.level() > 0 || stage.blocks.empty()) return {};
   const auto values = static_cast<double>(run.grid.problem().used());
   const auto free_share = [&](const Basis& basis) {
-    const Basis::Determined determined = basis.determined(stage.blocks);
-    return 1.0 - (determined.kappa + determined.mu) / values;
+    return 1.0 - basis.determined(stage.blocks) / values;
   };
   const auto by_fields = [&](double weight) {
     return basis_of(run, weight, stage.blocks, 1.0, 0.0);
   };
   Outlook outlook{free_share(by_fields(run.state.weight))};
-  // By few photons so far, the last weight is needed.
-  outlook.patience_gains =
+  // r has had few photons so far, so the last weight is needed.
+  outlook.tighter_end_gains =
       run.grid.levels().photons() ||
       shared_error(run.grid.problem()) < run.options.path.stage_tolerance * stage.optimiser.value;
   outlook.excess = shared_errors_now(run).excess;
@@ -341,7 +341,7 @@ void become(FitRun& run, Stage& stage, FitState state) {
   run.open(run.state.level, run.state.closer);
   Objective& objective = run.grid.objective();
   objective.restore(run.state.correction, run.state.solves);
-  // What was solved last is solved anew and not counted: what comes next finds it at hand.
+  // The last solve is repeated without being counted, because the next step needs it.
   if (run.state.finished) {
     objective.value(run.state.fields);
   } else {

@@ -37,8 +37,8 @@ bool resume(FitRun& run, Stage& stage);
 /// the volume found.
 Minimum settle(FitRun& run, Stage& stage);
 
-/// By the metric, at the minimum with `chi2` per value; empty where there is no metric, and on
-/// coarser grids, whose path does not ask.
+/// Predicted by the metric at the minimum with `chi2` per value. Empty without a metric and on
+/// coarser grids, which keep their weight.
 std::optional<Outlook> outlook(const FitRun& run, const Stage& stage, double chi2);
 
 /// A step that lowers the objective by less explains what pixels may have wrong in common as well

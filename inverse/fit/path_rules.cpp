@@ -10,9 +10,10 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// χ² of the start counts how much sharper than its structure the data are: where it is large, a
-/// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
-/// whole steps of the path, so that where it ends does not hang on χ² of its start.
+/// The weight raised by whole steps of the path until it exceeds `weight` times `excess`. A start
+/// with a large χ² needs a larger weight: with the usual one the fit goes to the nearest minimum
+/// that explains the data, which is rough. Whole steps keep the end of the path independent of χ²
+/// at its start.
 double sharpened(double weight, double excess, double weight_factor) {
   const double steps = std::ceil(std::log(std::max(1.0, excess)) / -std::log(weight_factor));
   return weight / std::pow(weight_factor, steps);
@@ -39,14 +40,14 @@ double weight_going_on(const PathOptions& options, double weight) {
   return options.weight.value_or(std::max(options.last_weight, weight / options.weight_factor));
 }
 
-bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool finest) {
+bool is_reverted(const PathOptions& options, const Minimum& minimum, bool finest) {
   return minimum.minimised <= options.target_chi2 &&
          (minimum.renewed > options.target_chi2 ||
-          (finest && minimum.renewed > defaults::most_taken_back * minimum.minimised));
+          (finest && minimum.renewed > defaults::most_reverted * minimum.minimised));
 }
 
 PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
-                    const std::optional<Outlook>& outlook, const WeightBefore& before) {
+                    const std::optional<Outlook>& outlook, double score_before) {
   if (options.weight) return PathEnd::asked;
   const double renewed = minimum.renewed;
   // χ², or what of it an octave has beyond chance, if more.
@@ -54,22 +55,20 @@ PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& mi
   if (misfit > options.target_chi2) {
     // A lower weight that predicts other light worse fits the model's own error.
     const double score = outlook ? cross_validation(renewed, outlook->free_share) : 0.0;
-    if (before.score > 0.0 && score > before.score) return PathEnd::model_error;
+    if (score_before > 0.0 && score > score_before) return PathEnd::model_error;
   } else {
-    // The noise may have been reached, by variances that may be overstated: whether the next weight
-    // would predict other light better is for cross-validation to say.
+    // χ² reaches the noise early if variances are overstated. Cross-validation therefore decides
+    // whether the next weight would predict other light better.
     const bool smoother_asked = options.target_chi2 > 1.0;
     if (!outlook || smoother_asked) return PathEnd::noise;
     if (outlook->next_score > 1.0) return PathEnd::validated;
-  }
-  if (before.chi2 > 0.0 && renewed > (1.0 - options.stagnation) * before.chi2) {
-    return PathEnd::no_gain;
   }
   return weight * options.weight_factor < options.last_weight ? PathEnd::lowest : PathEnd::unknown;
 }
 
 bool needs_tighter_end(const PathOptions& options, const std::optional<Outlook>& outlook) {
-  return options.final_tolerance < options.stage_tolerance && (!outlook || outlook->patience_gains);
+  return options.final_tolerance < options.stage_tolerance &&
+         (!outlook || outlook->tighter_end_gains);
 }
 
 double tolerance(const PathOptions& options, bool last) {

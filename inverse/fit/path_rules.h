@@ -32,28 +32,23 @@ struct Minimum {
 
 /// Whether r, renewed, takes the minimum back above the noise, or far from where it was: the weight
 /// is low enough, the volume not yet there.
-bool is_taken_back(const PathOptions& options, const Minimum& minimum, bool finest);
+bool is_reverted(const PathOptions& options, const Minimum& minimum, bool finest);
 
 /// At the minimum at one weight on the finest grid.
 struct Outlook {
   double free_share = 1.0;  ///< 1 − γ/N
   /// Cross-validation's score to be expected at the next weight over that at this one.
   double next_score = 0.0;
-  bool patience_gains = true;  ///< steps below stage_tolerance explain more than shared errors
-  double excess = 0.0;         ///< SharedErrors::excess
-};
-
-/// Where the weight before on this grid ended; 0 before the first.
-struct WeightBefore {
-  double chi2 = 0.0;
-  double score = 0.0;
+  bool tighter_end_gains = true;  ///< steps below stage_tolerance explain more than shared errors
+  double excess = 0.0;            ///< SharedErrors::excess
 };
 
 /// Whether `weight` ends the path on the finest grid, and why: PathEnd::unknown where a lower one
 /// follows, PathEnd::model_error where the one before is taken instead. `outlook` is empty where γ
-/// is not known.
+/// is not known. `score_before`: cross-validation's at the weight before on this grid, 0 before the
+/// first.
 PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
-                    const std::optional<Outlook>& outlook, const WeightBefore& before);
+                    const std::optional<Outlook>& outlook, double score_before);
 
 /// Whether the weight that ends the path is minimised once more, to final_tolerance.
 bool needs_tighter_end(const PathOptions& options, const std::optional<Outlook>& outlook);

@@ -18,7 +18,7 @@ std::string capitalised(std::string sentence) {
   return sentence;
 }
 
-/// What the accepted model explains.
+/// The data as the accepted model explains them.
 std::string explained(const ModelSearch& search) {
   if (!search.systematic) return "the data to their noise";
   return formatted(

@@ -1,5 +1,5 @@
-// Where a fit starts: the best homogeneous block, the equation that light obeys in it, and whether
-// a model of few unknowns ends the fit before any voxel has one of its own.
+// The start of a fit: best homogeneous block, choice of physics, and models of few unknowns, one of
+// which may end the fit.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,13 @@
 
 namespace kappamu::inverse {
 
-/// By diffusion, then by the physics asked for or found to be needed, which it sets; on the
-/// coarsest grid, which is open. Throws InputError for data that no fit can start from.
+/// By diffusion first, then by the physics asked for or chosen, which it sets. The coarsest grid is
+/// open. Throws InputError for data that no fit can start from.
 HomogeneousFit find_start(FitRun& run);
 
-/// Tries the models of few unknowns from the homogeneous start; the one that was asked for or that
-/// the data do not reject. The report says why; what the data rejected is in FitState::simpler.
+/// Tries the models of few unknowns from the homogeneous start; returns the one that was asked for
+/// or that the data do not reject, with the reason in the report. Rejected ones are in
+/// FitState::simpler.
 std::optional<SimpleFit> choose_simple_model(FitRun& run);
 
 /// `simple` is the fit's volume, on the finest grid, with its words.

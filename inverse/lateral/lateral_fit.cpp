@@ -12,7 +12,7 @@ namespace {
 
 constexpr int most_steps = 40;
 constexpr double settled = 1e-6;  ///< step of ln μa and ln σs'
-// Where the two frequencies say nearly the same, their noise decides: no pixel of that kind counts.
+// Pixels whose two frequencies are nearly redundant are left out: noise would dominate.
 constexpr double least_determinant = 1e-12;
 
 }  // namespace

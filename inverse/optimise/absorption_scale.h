@@ -1,7 +1,7 @@
-// What the optimiser moves in place of log μ. The data see μ itself, the regulariser its logarithm:
-// in log μ the data's Hessian grows by μ², and a metric that is the same everywhere fits only part
-// of a block. w = sinh(log μ/μ₀) goes as μ where μ is above μ₀ and as log μ below, so that the one
-// Hessian hardly depends on μ and the other does so less than by 1/μ².
+// The optimiser's coordinate for μ. The data depend on μ, the regulariser on log μ. In log μ the
+// data's Hessian grows as μ², so that no uniform metric fits the whole block. w = sinh(log μ/μ₀) is
+// proportional to μ above μ₀ and to log μ below. In w the data's Hessian is nearly independent of
+// μ, and the regulariser's falls more slowly than 1/μ².
 #pragma once
 
 #include "inverse/problem/fields.h"
@@ -18,8 +18,8 @@ class AbsorptionScale {
   /// (log κ, w) from (log κ, log μ), and back.
   CoefficientPair from_fields(CoefficientPair fields) const;
   CoefficientPair to_fields(CoefficientPair scaled) const;
-  /// By (log κ, w) of what is by (log κ, log μ) at `fields`, and a change of w as one of log μ
-  /// there: the same factor ∂ log μ/∂w.
+  /// Derivatives by (log κ, w) of those by (log κ, log μ) at `fields`; also a change of log μ of a
+  /// change of w there. The factor of both is ∂ log μ/∂w.
   CoefficientPair by_scaled(const CoefficientPair& fields, CoefficientPair by_fields) const;
   /// Root mean square of ∂ log μ/∂w.
   double mean_slope(const CoefficientPair& fields) const;

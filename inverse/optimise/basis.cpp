@@ -55,8 +55,8 @@ Basis::Basis(const MediumSpace& space, const BasisOptions& options, const Latera
     metric.bottomRows(modes_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
     if (informed) {
       const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
-      metric += (1.0 - options.uncoupled) * block;
-      metric.diagonal() += options.uncoupled * block.diagonal();
+      metric += (1.0 - options.off_diagonal_damping) * block;
+      metric.diagonal() += options.off_diagonal_damping * block.diagonal();
     }
     const Eigen::LLT<Eigen::MatrixXd> factored(metric);
     check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");
@@ -150,18 +150,13 @@ FieldCovariance Basis::covariance() const {
   return {modes_->spread(diagonal), modes_->spread(between).log_kappa};
 }
 
-Basis::Determined Basis::determined(const LateralBlocks& blocks) const {
+double Basis::determined(const LateralBlocks& blocks) const {
   check(modes_.has_value(), "voxels have no metric");
-  const Eigen::Index depth = modes_->depth();
-  Determined count;
+  double count = 0.0;
   for (int bin = 0; bin < modes_->bins(); ++bin) {
-    const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
-    Eigen::MatrixXd share = blocks[static_cast<std::size_t>(bin)];
-    upper.transpose().solveInPlace(share);
-    upper.solveInPlace(share);
+    const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
     const auto waves = static_cast<double>(modes_->members(bin).size());
-    count.kappa += waves * share.diagonal().head(depth).sum();
-    count.mu += waves * share.diagonal().tail(depth).sum();
+    count += waves * inverse_of(bin).cwiseProduct(block).sum();
   }
   return count;
 }

@@ -32,8 +32,7 @@ inline constexpr Names<Coordinates, 3> coordinates_names{{{"voxels", Coordinates
 /// bin of lateral frequency.
 using LateralBlocks = std::vector<Eigen::MatrixXd>;
 
-/// What is kept of a covariance of (log κ, log μ): variances, and the covariance of the two
-/// coefficients of one voxel.
+/// Variances of (log κ, log μ), and the covariance of the two coefficients of one voxel.
 struct FieldCovariance {
   CoefficientPair variance;
   Vector between;
@@ -43,9 +42,9 @@ struct BasisOptions {
   Coordinates coordinates = Coordinates::informed;
   double length_mm = 1.0;  ///< beyond which the metric no longer favours smoother fields
   double weight = 1.0;     ///< α that the metric is made for
-  /// Of the data's Hessian, the share that is taken for what each depth and coefficient has by
-  /// itself, without the rest's.
-  double uncoupled = 0.0;
+  /// Share by which the correlations between depths and coefficients are lowered in the data's
+  /// Hessian.
+  double off_diagonal_damping = 0.0;
   double slope = 1.0;  ///< of log μ by the coordinate that stands for it (absorption_scale.h)
 };
 
@@ -60,17 +59,13 @@ class Basis {
   Vector gradient(const CoefficientPair& by_field) const;
   /// The gradient with respect to the fields that gradient() makes `by_z` of: B⁻ᵀ.
   CoefficientPair gradient_by_field(const Vector& by_z) const;
-  /// Of B Bᵀ, the guess of the Hessian's inverse.
+  /// Covariance B Bᵀ, the approximation of the Hessian's inverse.
   FieldCovariance covariance() const;
   /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.
   Eigen::MatrixXd wave_variances() const;
-  /// tr(B Bᵀ JᵀWJ) over each coefficient's own unknowns, JᵀWJ as in `blocks`: how many of them the
-  /// data determine against the regulariser. Not of `voxels`.
-  struct Determined {
-    double kappa = 0.0;
-    double mu = 0.0;
-  };
-  Determined determined(const LateralBlocks& blocks) const;
+  /// tr(B Bᵀ JᵀWJ), JᵀWJ as in `blocks`: how many unknowns the data determine against the
+  /// regulariser. Not of `voxels`.
+  double determined(const LateralBlocks& blocks) const;
 
  private:
   /// B Bᵀ of one bin's waves.

@@ -1,10 +1,12 @@
 #include "inverse/optimise/lateral_hessian.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
 
+#include "core/error.h"
 #include "core/parallel.h"
 #include "inverse/defaults.h"
 
@@ -34,8 +36,8 @@ std::vector<Sum> pooled(const std::vector<Sum>& sums, const std::vector<int>& sa
   return means;
 }
 
-/// A band's matrix as variances and correlations: few samples tell the one, which fall steeply from
-/// band to band, and the other hardly changes.
+/// A band's matrix as variances and correlations. Variances fall steeply from band to band and need
+/// few samples; correlations change slowly and are pooled over more bands.
 LateralBlocks blocks_of(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
                         double ridge) {
   std::vector<Eigen::VectorXd> squares;
@@ -72,6 +74,21 @@ std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::
     rows.push_back(objective.jacobian_transpose(probe));
   }
   return rows;
+}
+
+CoefficientPair estimate_sensitivity(std::span<const CoefficientPair> rows) {
+  check(!rows.empty(), "sensitivity: no rows");
+  const auto root_mean_square = [&](std::vector<double> CoefficientPair::*of) {
+    std::vector<double> root((rows.front().*of).size());
+    for (std::size_t i = 0; i < root.size(); ++i) {
+      double squares = 0.0;
+      for (const CoefficientPair& row : rows) squares += (row.*of)[i] * (row.*of)[i];
+      root[i] = std::sqrt(squares / static_cast<double>(rows.size()));
+    }
+    return root;
+  };
+  return {root_mean_square(&CoefficientPair::log_kappa),
+          root_mean_square(&CoefficientPair::log_mu)};
 }
 
 LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space,

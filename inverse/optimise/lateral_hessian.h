@@ -15,9 +15,14 @@ namespace kappamu::inverse {
 /// value(); one adjoint solve each.
 std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::uint64_t seed);
 
+/// √diag(JᵀWJ) for log κ and log μ of each voxel [standard deviations of the data per unit of log],
+/// from random_rows() (Bekas, Kokiopoulou & Saad 2007); relative error of each voxel about
+/// √(1/(2 rows)).
+CoefficientPair estimate_sensitivity(std::span<const CoefficientPair> rows);
+
 /// The lateral waves of g of one frequency band are as many samples of that band's matrix; bands
 /// with fewer samples than rows borrow from their neighbours. `ridge` times a block's mean diagonal
-/// is added to it: few samples do not tell its smallest eigenvalues from zero.
+/// is added to it, because few samples do not determine its smallest eigenvalues.
 LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space,
                              double ridge = 1e-3);
 

@@ -1,7 +1,7 @@
 // Fields of a block as lateral waves: cosines (DCT-II) along the two axes across the depth, nothing
-// along the depth itself. What is nearly invariant under lateral shifts (the regulariser, and the
-// data's Hessian when patterns cover the lit face) hardly couples waves of different frequency: it
-// becomes one small matrix per frequency, over depth and coefficient.
+// along the depth itself. Operators that are nearly invariant under lateral shifts couple few
+// waves of different frequency: the regulariser, and the data's Hessian if patterns cover the lit
+// face. Each becomes one small matrix per frequency, over depth and coefficient.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace kappamu::inverse {
 
-/// Of the 3-point Neumann Laplacian of `n` voxels: that of the cosine of k half periods.
+/// Eigenvalue of the 3-point Neumann Laplacian of `n` voxels for the cosine of k half periods.
 double laplacian_eigenvalue(int k, int n);
 
 class LateralModes {

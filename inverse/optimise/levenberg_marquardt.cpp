@@ -71,7 +71,8 @@ LevenbergMarquardtReport levenberg_marquardt(
     };
     double gain = gain_of(step, found);
     if (options.most_bend > 0.0 && gain < kept_well * promised && found.size() > 0) {
-      // What the step left unforeseen is half its second derivative: go back by what undoes it.
+      // The unpredicted part of the residual is half the second derivative along the step; the
+      // bend cancels it (geodesic acceleration).
       const Eigen::VectorXd unforeseen = found - at.residual - at.jacobian * step;
       const Eigen::VectorXd bend =
           -factored.solve(at.jacobian.transpose() * weight.cwiseProduct(unforeseen));

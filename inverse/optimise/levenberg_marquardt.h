@@ -19,7 +19,7 @@ class Residuals {
   virtual void set_cheap_columns(const Eigen::VectorXd& /*p*/, Eigen::MatrixXd& /*jacobian*/) {}
   /// r at a p that differs by cheap unknowns alone from that of the last set_cheap_columns().
   virtual Eigen::VectorXd cheap_residual(const Eigen::VectorXd& p) { return residual(p); }
-  /// Of the squares of r, before each step.
+  /// Weights of the squares of r, before each step.
   virtual Eigen::VectorXd weights(const Eigen::VectorXd& residual) {
     return Eigen::VectorXd::Ones(residual.size());
   }
@@ -35,7 +35,7 @@ struct LinearPrior {
   double square(const Eigen::VectorXd& p) const { return (rows * p - value).squaredNorm(); }
 };
 
-/// Where a descent is.
+/// State of a descent.
 struct LeastSquaresState {
   Eigen::VectorXd p;
   Eigen::VectorXd residual;  ///< at p; empty before it is known
@@ -54,9 +54,9 @@ struct LevenbergMarquardtOptions {
   int most_steps = 25;
   double longest_step = 1.0;  ///< of any unknown
   int cheap_columns = 0;      ///< the last ones of a Jacobian, which cost no solve
-  /// A step that keeps little of its promise is bent back into the valley it left, at the cost of
-  /// one more evaluation (geodesic acceleration, Transtrum & Sethna 2012), if by less than this
-  /// share of its length.
+  /// A step that keeps little of its promise is bent back towards the curved minimum line it left,
+  /// at the cost of one more evaluation (geodesic acceleration, Transtrum & Sethna 2012), if by
+  /// less than this share of its length.
   double most_bend = 0.0;
 };
 
@@ -69,7 +69,7 @@ struct LevenbergMarquardtReport {
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& weight,
                               const LinearPrior& prior);
 
-/// Minimises Σ w r² + prior from at.p, where at.residual must be known, until `next` says so. The
+/// Minimises Σ w r² + prior from at.p, where at.residual must be known, until `next` ends it. The
 /// Jacobian is asked for where at.jacobian is empty or a step disappoints; Broyden's update makes
 /// it good for the steps between.
 LevenbergMarquardtReport levenberg_marquardt(

@@ -11,7 +11,7 @@
 
 namespace kappamu::inverse {
 
-/// What is minimised, f(z).
+/// The function f(z) that is minimised.
 class Function {
  public:
   virtual ~Function() = default;
@@ -37,7 +37,7 @@ struct OptimiserOptions {
   double golden_tolerance = 0.1;  ///< final width of the bracket over the step found
 };
 
-/// Of one L-BFGS pair: step · change, and both squares.
+/// Products of one L-BFGS pair: step · change, and both squares.
 struct LbfgsProducts {
   double curvature = 0.0;
   double step_square = 0.0;

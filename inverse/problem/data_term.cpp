@@ -41,7 +41,7 @@ double reweight(double e, const DataTermOptions& o) {
   }
 }
 
-/// By problem.precision, in place of the sums over e² that `term` has.
+/// Replaces the sums over e² in `term` by those with problem.precision.
 void weigh_shared_errors(DataTerm& term, const Problem& problem,
                          const std::vector<double>& prediction, std::size_t used) {
   std::vector<double> e(prediction.size());

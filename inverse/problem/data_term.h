@@ -1,4 +1,4 @@
-// What a misfit costs: Σ ρ(e) over data d with weights w, e = √w (p − d), p = r M the prediction, ρ
+// The data term Σ ρ(e) over data d with weights w, e = √w (p − d), p = r M the prediction, ρ
 // the loss; with errors that neighbours share (smooth_error.h) ½ eᵀ (I + S)⁻¹ e. A robust loss
 // takes all data for independent. Costs no solve.
 #pragma once
@@ -11,7 +11,7 @@
 
 namespace kappamu::inverse {
 
-/// Of the residual e in standard deviations. The robust two limit the pull of an outlier.
+/// ρ of the residual e in standard deviations. The robust two limit the pull of an outlier.
 enum class Loss {
   gaussian,  ///< ½ e²
   huber,     ///< ½ e² up to c, then c |e| − ½ c² (Huber 1964): the pull of a datum ends at c

@@ -24,7 +24,7 @@ std::vector<double> relative_deviations(const Problem& problem) {
   return deviations;
 }
 
-/// What so large a `share` of them have at most; 0 where there are none.
+/// Their quantile `share`; 0 if there are none.
 double at_most(std::vector<double>& deviations, double share) {
   if (deviations.empty()) return 0.0;
   const auto at = deviations.begin() +

@@ -131,7 +131,7 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
   return true;
 }
 
-/// Of those solved by the last value().
+/// A batch solved by the last value().
 forward::SolvedBatch Objective::batch(std::size_t part) const {
   const int begin = static_cast<int>(part) * backend_.batch;
   const int end = std::min(begin + backend_.batch, problem_.patterns);

@@ -32,7 +32,7 @@ struct Refinement {
 /// r, what its own noise is and how it changes.
 struct Correction {
   std::vector<double> ratio;  ///< r where it was made [M][v][u]
-  /// Of photons (PhotonRatio), added to the data's; empty: r has none.
+  /// Variances of r by photons (PhotonRatio), added to the data's; empty: r has none.
   std::vector<double> variance{};
   std::vector<double> pixel_variance{};
   /// ∂ log r by the means of log κ and log μ over the voxels [M][v][u], and those means where r was
@@ -46,10 +46,10 @@ struct Correction {
 /// The problem's own grid with every voxel split in 2×2×2.
 Refinement refine(const Problem& problem);
 
-/// Coefficients beyond e^±this are no material but a line search gone astray.
+/// Coefficients beyond e^±this occur only in a diverging line search.
 inline constexpr double max_log_coefficient = 25.0;
 
-/// What solves, and how exactly.
+/// Device, precision and tolerances of the solves.
 struct Backend {
   std::string device = "auto";
   forward::Precision precision = forward::Precision::single_precision;
@@ -97,7 +97,7 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
 
 class Objective {
  public:
-  /// The solver may have fallen back to the serial reference: warning() says so.
+  /// The solver may have fallen back to the serial reference: warning() reports it.
   Objective(Problem problem, Backend backend, DataTermOptions data_term = {});
 
   /// Its weights count what of r's noise remains in single data.
@@ -110,6 +110,9 @@ class Objective {
   /// ½ χ² at the fields, or what the data term's options make of it; infinite where the solver does
   /// not converge or coefficients leave the range of floating point. Keeps what gradient() needs.
   double value(const CoefficientPair& fields);
+
+  /// The next value() solves, whatever was solved before: of pieces of one block, all must.
+  void forget() { fluence_.clear(); }
 
   /// Residual that adjoint and tangent solves may leave, relative to their own right-hand sides;
   /// that of Backend::solve at first.
@@ -135,20 +138,19 @@ class Objective {
   std::vector<double> prediction() const;
   /// χ² per value used of the last value() (data_term.h).
   double chi2_per_value() const { return data_term_.chi2_per_value; }
-  /// Of the last value(): the weight of each datum there, under a robust loss too.
+  /// Root of the weight of each datum at the last value(), under a robust loss too.
   const std::vector<double>& root_weight() const { return data_term_.root_weight; }
 
-  /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
-  /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
-  /// value() then is and leaves gradient() ready.
-  /// Of r by photons the slope may be renewed too, by four walks in place of one; otherwise it
-  /// keeps the slope that it had, if any.
+  /// Sets r from one solve on the finer grid at `fields`, every voxel split, and by photons there
+  /// if asked. The number of photons follows the noise of the data, or their misfit if that is
+  /// larger. Returns value() with the new r; gradient() is ready. With PhotonSlope::renewed four
+  /// walks in place of one also give the slope of r; otherwise r keeps its slope, if any.
   enum class PhotonSlope { kept, renewed };
   double refresh_correction(const Refinement& refinement, const CoefficientPair& fields,
                             PhotonSlope photon_slope = PhotonSlope::kept);
   const Correction& correction() const { return correction_; }
   void set_correction(Correction correction);
-  /// Where a checkpoint left off.
+  /// From a checkpoint.
   void restore(Correction correction, const SolveCount& solves);
   /// Counts all that deviations are stated from: all of r's noise, as smooth changes of the medium
   /// meet it, and the error of the mean, held no more.

@@ -99,7 +99,7 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   return misfit();
 }
 
-/// Of log κ and log μ over the voxels.
+/// Means of log κ and log μ over the voxels.
 std::array<double, 2> Objective::means(const CoefficientPair& fields) {
   const auto of = [](const std::vector<double>& v) {
     return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());

@@ -23,7 +23,7 @@ constexpr std::uint64_t slope_key = 0xD1B54A32D192ED03U;
 /// A key of our own: data simulated with the fit's seed must not share its noise.
 constexpr std::uint64_t own_key = 0x9E3779B97F4A7C15U;
 
-/// What transport can read of a fit's coefficients, their logarithms lower by so much.
+/// The fit's coefficients within the range of transport, their logarithms lowered by so much.
 Medium walkable(const PhotonProblem& problem, double lower_kappa, double lower_mu) {
   Medium medium{Volume<double>(problem.setup.shape, problem.kappa),
                 Volume<double>(problem.setup.shape, problem.mu)};

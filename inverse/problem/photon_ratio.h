@@ -23,7 +23,7 @@ enum class Physics {
 /// Photons wherever a fit needs transport's answer.
 struct PhotonOptions {
   std::string device = "auto";  ///< OpenCL; there is no serial reference
-  /// Of the fit. Every call draws the same random numbers (their key is none that `kappamu
+  /// Seed of the fit. Every call draws the same random numbers (their key is none that `kappamu
   /// simulate` or `forward` draw from): r then moves with the volume, not with chance, and its
   /// iteration ends.
   std::uint64_t seed = 1;
@@ -39,7 +39,7 @@ struct PhotonOptions {
 /// no voxel comes to scatter nothing.
 inline constexpr double slope_step = 0.2;
 
-/// Where photons enter, walk and are compared.
+/// Light, medium and pixels of a photon walk.
 struct PhotonProblem {
   forward::GridSetup setup;        ///< of the grid the photons walk on
   std::vector<double> kappa;       ///< [mm] on that grid, [z][y][x]

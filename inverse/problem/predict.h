@@ -1,4 +1,4 @@
-// What a volume looks like under any light: for validation patterns, and for validating a
+// Predictions of a volume under any light: for validation patterns, and for validating a
 // volume on a grid other than the one it was fitted on.
 #pragma once
 
@@ -21,7 +21,7 @@ struct PredictOptions {
 };
 
 /// [M][v][u] on the seen face, in the quantity of `light`, whose irradiance, faces, sides and eta
-/// say what is asked (its values are not read). Throws InputError when `medium` has another shape.
+/// state the request (its values are not read). Throws InputError when `medium` has another shape.
 std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& light,
                            const PredictOptions& options);
 

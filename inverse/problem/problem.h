@@ -32,7 +32,7 @@ struct Problem {
   /// common [M][v][u]; empty: none.
   std::vector<double> correction_variance{};
   SmoothError smooth_error{};
-  /// Of √weight times residuals, made of smooth_error; none: they are independent.
+  /// Precision of √weight times residuals, made of smooth_error; none: they are independent.
   std::optional<SmoothErrorPrecision> precision{};
 
   FaceShape lit_shape() const { return face_shape(setup.shape, setup.lit_face); }

@@ -45,7 +45,7 @@ class SmoothErrorPrecision {
   void apply(std::vector<double>& residuals) const { filter(residuals, common_, own_); }
   /// Its square root: white numbers become residuals of this precision.
   void apply_root(std::vector<double>& white) const { filter(white, common_root_, own_root_); }
-  /// By I + S, the mean held or not; those without values are left out.
+  /// χ² of every octave by I + S, the mean held or not; octaves without values are left out.
   std::vector<OctaveMisfit> octaves(const std::vector<double>& residuals) const;
 
  private:

@@ -109,7 +109,7 @@ CoefficientPair zeros(std::size_t cells) {
   return {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
 }
 
-/// What multiplies ½ (v − v*)² of a voxel.
+/// Factor on ½ (v − v*)² of a voxel.
 double anchor_scale(const MediumSpace& space, double scale, const Anchor& anchor) {
   return scale * std::pow(space.shape.voxel_mm / anchor.length_mm, 2);
 }

@@ -16,10 +16,10 @@
 // squared differences along each axis, 0 beyond the block: for t → ∞ the sum is
 // ½ (h/ℓ) Σ_faces (v_i − v_j)².
 //
-// Differences do not see a constant, and where hardly anything is absorbed the data do not see log
-// μ either: an anchor adds ½ (h/ℓ) Σ_voxels (h/L)² (v_i − v*)², a pull towards the homogeneous
-// start that matters only where data and neighbours say nothing (fields that vary over less than L
-// feel the differences more).
+// Differences leave a constant free, and data of a block with little absorption leave log μ free.
+// An anchor therefore adds ½ (h/ℓ) Σ_voxels (h/L)² (v_i − v*)², a pull towards the homogeneous
+// start. It matters only where neither data nor neighbours determine the fields: differences
+// outweigh it in fields that vary over less than L.
 #pragma once
 
 #include <optional>
@@ -52,7 +52,7 @@ struct Regulariser {
   double scale = 1.0;       ///< multiplies [W]'s R
 };
 
-/// Where the fields are drawn to, and how far features reach before they feel it.
+/// Values that the fields are drawn to, and the length of features from which that matters.
 struct Anchor {
   double log_kappa = 0.0;  ///< κ in mm
   double log_mu = 0.0;     ///< μ in 1/mm

@@ -13,8 +13,8 @@ namespace {
 
 using namespace defaults::local_information;
 
-void share_out(Vector& variance, const Vector& beforehand, const Vector& sensitivity,
-               const MediumSpace& space) {
+void distribute(Vector& variance, const Vector& beforehand, const Vector& sensitivity,
+                const MediumSpace& space) {
   const Face across = all_faces[2 * static_cast<std::size_t>(space.depth_axis)];
   const FaceShape face = face_shape(space.shape, across);
   const Vector inside = gaussian_sum(Vector(face.cells(), 1.0), face, pooling, 1);
@@ -45,10 +45,10 @@ void share_out(Vector& variance, const Vector& beforehand, const Vector& sensiti
 
 }  // namespace
 
-CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           const CoefficientPair& sensitivity, const MediumSpace& space) {
-  share_out(variance.log_kappa, beforehand.log_kappa, sensitivity.log_kappa, space);
-  share_out(variance.log_mu, beforehand.log_mu, sensitivity.log_mu, space);
+CoefficientPair distributed(CoefficientPair variance, const CoefficientPair& beforehand,
+                            const CoefficientPair& sensitivity, const MediumSpace& space) {
+  distribute(variance.log_kappa, beforehand.log_kappa, sensitivity.log_kappa, space);
+  distribute(variance.log_mu, beforehand.log_mu, sensitivity.log_mu, space);
   return variance;
 }
 

@@ -1,16 +1,16 @@
-// The fit's metric takes light for the same across the block. Where light is not, and above all
-// below a part of the face that no pixel shows, the data's own say tells it.
+// The fit's metric assumes equal light everywhere across the block. The diagonal of the local
+// Hessian corrects the variances where the light varies or no pixel sees the voxels.
 #pragma once
 
 #include "inverse/optimise/basis.h"
 
 namespace kappamu::inverse {
 
-/// Variances of a layer shared out among its voxels: the precision beyond that of `beforehand` goes
-/// as diag JᵀWJ, so that where the data say nothing the prior's variance stays. `sensitivity` is
-/// its root (sensitivity.h); it is averaged over some voxels across the light, since few probes
-/// make it.
-CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           const CoefficientPair& sensitivity, const MediumSpace& space);
+/// Distributes the variances of a layer among its voxels: the precision beyond that of `beforehand`
+/// is made proportional to diag JᵀWJ. Voxels without data keep the prior's variance. `sensitivity`
+/// is the root of diag JᵀWJ (sensitivity.h). It comes from few probes and is therefore averaged
+/// over neighbouring voxels across the light.
+CoefficientPair distributed(CoefficientPair variance, const CoefficientPair& beforehand,
+                            const CoefficientPair& sensitivity, const MediumSpace& space);
 
 }  // namespace kappamu::inverse

@@ -1,7 +1,7 @@
 // How fine a fitted volume is. Of a wave across the light the fit finds the share 1 − C/(α R″)⁻¹ of
 // its variances after and before the data (docs/theory.md, 5): that of long waves nearly whole, of
-// short ones nothing. What it finds of a point is a blot; its width says what the volume's values
-// and their deviations are of.
+// short ones nothing. The image of a point is a blot. Values and deviations of the volume are means
+// over its width.
 #pragma once
 
 #include "inverse/optimise/basis.h"
@@ -15,7 +15,7 @@ struct PointSpread {
   Vector kappa_mm, mu_mm;
 };
 
-/// By the metrics before and after the data.
+/// From the metrics before and after the data.
 PointSpread point_spread(const Basis& prior, const Basis& posterior, const MediumSpace& space);
 
 }  // namespace kappamu::inverse

@@ -1,5 +1,5 @@
-// What is known of a block beforehand: H1, whatever the fit's regulariser, since where edges are is
-// what is found.
+// The prior of a block: H1 for every regulariser of the fit, because the positions of edges are not
+// known beforehand.
 #pragma once
 
 namespace kappamu::inverse {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
-#include <numeric>
 
 #include "core/numbers/median.h"
 #include "core/shown_text.h"
@@ -16,25 +14,6 @@
 namespace kappamu::inverse {
 
 namespace {
-
-/// Squares of the orthonormal cosines (DCT-II), [frequency][voxel].
-Eigen::MatrixXd squared_cosines(int n) {
-  Eigen::MatrixXd squares(n, n);
-  for (int k = 0; k < n; ++k) {
-    for (int i = 0; i < n; ++i) {
-      const double cosine = std::cos(std::numbers::pi * k * (i + 0.5) / n);
-      squares(k, i) = (k == 0 ? 1.0 : 2.0) / n * cosine * cosine;
-    }
-  }
-  return squares;
-}
-
-/// Variances at weight one, at the prior's own.
-CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
-  for (double& v : variance.log_kappa) v /= prior.weight;
-  for (double& v : variance.log_mu) v /= prior.weight;
-  return variance;
-}
 
 Basis metric(Coordinates coordinates, const Prior& prior, const MediumSpace& space,
              const LateralBlocks& blocks) {
@@ -82,37 +61,6 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
   return layers;
 }
 
-CoefficientPair prior_variance(const MediumSpace& space, const Prior& prior) {
-  const GridShape& shape = space.shape;
-  const double scale = shape.voxel_mm / space.thickness_mm;
-  const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
-  const Eigen::MatrixXd along_x = squared_cosines(shape.nx);
-  const Eigen::MatrixXd along_y = squared_cosines(shape.ny);
-  const Eigen::MatrixXd along_z = squared_cosines(shape.nz);
-  Vector variance(shape.cells(), 0.0);
-  for (int c = 0; c < shape.nz; ++c) {
-    Eigen::MatrixXd spectrum(shape.nx, shape.ny);
-    for (int b = 0; b < shape.ny; ++b) {
-      for (int a = 0; a < shape.nx; ++a) {
-        spectrum(a, b) =
-            1.0 / (scale * (laplacian_eigenvalue(a, shape.nx) + laplacian_eigenvalue(b, shape.ny) +
-                            laplacian_eigenvalue(c, shape.nz) + pull));
-      }
-    }
-    const Eigen::MatrixXd plane = along_x.transpose() * spectrum * along_y;
-    for (int z = 0; z < shape.nz; ++z) {
-      for (int y = 0; y < shape.ny; ++y) {
-        for (int x = 0; x < shape.nx; ++x) {
-          variance[shape.index(x, y, z)] += along_z(c, z) * plane(x, y);
-        }
-      }
-    }
-  }
-  CoefficientPair both{variance, std::move(variance)};
-  for (double& v : both.log_mu) v *= absorbers_vary * absorbers_vary;
-  return weighed(std::move(both), prior);
-}
-
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
                                 const CoefficientPair& v) {
   std::vector<double> seen = objective.jacobian(v);
@@ -131,10 +79,11 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
                                  const LateralBlocks& blocks, const CoefficientPair& sensitivity,
                                  const SharedDeviation& shared) {
   const GridShape& shape = space.shape;
+  const Basis before = prior_metric(prior, space);
   const Basis metric = posterior_metric(prior, space, blocks);
   const FieldCovariance even = metric.covariance();
-  const CoefficientPair beforehand = prior_variance(space, prior);
-  const CoefficientPair posterior = shared_out(even.variance, beforehand, sensitivity, space);
+  const CoefficientPair beforehand = before.covariance().variance;
+  const CoefficientPair posterior = distributed(even.variance, beforehand, sensitivity, space);
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -151,7 +100,7 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
   }
   found.report.layers = layers_below(found, seen_face);
-  const PointSpread spread = point_spread(prior_metric(prior, space), metric, space);
+  const PointSpread spread = point_spread(before, metric, space);
   const std::size_t depth = found.report.layers.size();
   for (std::size_t k = 0; k < depth; ++k) {
     const std::size_t slice = is_plus(seen_face) ? depth - 1 - k : k;
@@ -162,8 +111,8 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
       in_words(found.report.layers) +
       formatted(
           " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such structure miss "
-          "known truths whatever the noise: steady light hardly tells one from the other, and "
-          "what is too fine to be resolved changes it too.",
+          "known truths whatever the noise: steady light determines one against the other weakly, "
+          "and unresolved structure changes it.",
           100.0 * shared.log_kappa, 100.0 * shared.log_mu);
   found.report.shared = shared;
   return found;

@@ -2,7 +2,7 @@
 // ½ χ² + α R, linearised there,
 //     C = (JᵀWJ + α R″)⁻¹,
 // the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹. What that means,
-// and what the data do not say, is in docs/theory.md, section 5.
+// and what the data leave undetermined, is in docs/theory.md, section 5.
 #pragma once
 
 #include <optional>
@@ -15,11 +15,11 @@
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/prior.h"
-#include "inverse/uncertainty/valley.h"
+#include "inverse/uncertainty/shared_deviation.h"
 
 namespace kappamu::inverse {
 
-/// Of either kind below, as `kappamu fit` and `kappamu run` take.
+/// Default of `kappamu fit` and `kappamu run` for either kind below.
 inline constexpr int usual_probes = 8;
 
 struct UncertaintyOptions {
@@ -33,7 +33,7 @@ struct LayerUncertainty {
   double depth_mm = 0.0;       ///< of the layer's middle below the seen face
   double log_kappa_std = 0.0;  ///< [dimensionless]
   double log_mu_std = 0.0;     ///< [dimensionless]
-  /// Of the means that these are deviations of (point_spread.h); 0: of the values themselves.
+  /// Width of the means that the deviations refer to (point_spread.h); 0: the values themselves.
   double kappa_fwhm_mm = 0.0;
   double mu_fwhm_mm = 0.0;
   double kappa_resolution = 0.0;
@@ -43,8 +43,8 @@ struct LayerUncertainty {
 
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;   ///< from the seen face down
-  std::string sentence;                   ///< the layers in words: where the data say what
-  std::optional<SharedDeviation> shared;  ///< within (valley.h); of a volume alone
+  std::string sentence;                   ///< summary of the layers
+  std::optional<SharedDeviation> shared;  ///< included (shared_deviation.h); volumes only
   int solves = 0;                         ///< batched ones that this cost
   double seconds = 0.0;
 };
@@ -61,9 +61,6 @@ struct Uncertainty {
   UncertaintyReport report;
 };
 
-/// Variances of (α R″)⁻¹, exact: R″ is diagonal in cosines.
-CoefficientPair prior_variance(const MediumSpace& space, const Prior& prior);
-
 /// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
@@ -79,7 +76,7 @@ Basis prior_metric(const Prior& prior, const MediumSpace& space);
 
 /// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
 /// the `sensitivity` there (local_information.h); beside it in both deviations what C cannot know,
-/// `shared` (valley.h).
+/// `shared` (shared_deviation.h).
 Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, Face seen_face,
                                  const LateralBlocks& blocks, const CoefficientPair& sensitivity,
                                  const SharedDeviation& shared);
@@ -87,7 +84,7 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);
 
-/// What the layers say, for a person: best and worst layer of each coefficient, where the data do
+/// Summary of the layers: best and worst layer of each coefficient, where the data do
 /// not determine it to a factor of two, where the smoothing decides, and where κ trades against μ.
 std::string in_words(const std::vector<LayerUncertainty>& layers);
 

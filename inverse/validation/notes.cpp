@@ -30,8 +30,8 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
       h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
 }
 
-/// What the variances leave out shows under light that was not fitted: the fit has taken up what it
-/// did to the fitted.
+/// Errors that the variances leave out appear under light that was not fitted. The fit absorbs
+/// those of the fitted light.
 std::optional<std::string> validation_misfit(const ChannelFit& fit,
                                              const ValidationScore& validation) {
   const double chi2 = validation.chi2_per_value;
@@ -64,7 +64,7 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
   return formatted(
       "%.0f %% of the seen face is measured under no pattern (masks): beneath it kappa "
       "and mu are what neighbours and smoothing make of them. Photograph it, or trust "
-      "them as far as std_kappa and std_mu say.",
+      "them only within std_kappa and std_mu.",
       100.0 * share);
 }
 

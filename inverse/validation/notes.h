@@ -1,4 +1,4 @@
-// What a reader of a finished fit should know and its χ² does not show.
+// Notes and warnings on a finished fit that its χ² does not show.
 #pragma once
 
 #include <optional>
@@ -11,11 +11,12 @@
 
 namespace kappamu::inverse {
 
-/// Where much of the seen face is measured under no pattern; `fitted` is what `fit` was made of.
+/// A warning if much of the seen face is measured under no pattern; `fitted` is what `fit` was made
+/// of.
 std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                           int channel);
 
-/// Where a few values far from the fit make most of its χ².
+/// A warning if a few values far from the fit make most of its χ².
 std::optional<std::string> outlier_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                            int channel);
 

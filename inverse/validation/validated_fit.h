@@ -31,7 +31,8 @@ struct ValidatedFit {
 /// fit_channel() without what is kept out, the simplest model that validation prefers
 /// (simpler_model.h), its score; then, where a volume was fitted and patterns can rejoin, one more
 /// minimisation at the weight found, of all patterns. Checkpoints are of the first fit and of that
-/// one; `continued` is where the first starts. The report tells both, solves and seconds added up.
+/// one; `continued` is where the first starts. The report covers both, with solves and seconds
+/// added up.
 ValidatedFit fit_validated(const ValidationSplit& input, int channel, const FitOptions& options,
                            const Checkpoint& first, const Checkpoint& second, Progress& progress,
                            const Observer& observer = {},

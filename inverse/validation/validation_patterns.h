@@ -15,9 +15,8 @@
 
 namespace kappamu::inverse {
 
-/// Of `patterns` measured, how many a fit keeps out unless asked otherwise: one of every sixteen,
-/// at least one; none of fewer than four, which a volume can do without even less (docs/theory.md,
-/// 4).
+/// Number of `patterns` that a fit keeps out by default: one of every sixteen, at least one; none
+/// of fewer than four, which a volume needs all (docs/theory.md, 4).
 int usual_validation_count(int patterns);
 
 /// `count` of the measured patterns, in rising order: those whose light falls nearest the middle of

@@ -1,4 +1,4 @@
-// Light from EXR and Radiance pictures of others. Declared in image_file.h.
+// Light from EXR, Radiance and TIFF pictures of others. Declared in image_file.h.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -16,6 +16,7 @@
 #include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
 #include "io/image/orientation.h"
+#include "io/image/picture_values.h"
 #include "io/read_file.h"
 #include "io/text_stream.h"
 
@@ -146,6 +147,11 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
     refuse(file, "a cube map; convert it to a latitude-longitude picture");
   }
   const auto channels = static_cast<int>(light.channels.size());
+  for (const int channel : light.channels) {
+    if (!spec.channelformat(channel).is_floating_point()) {
+      refuse(file, "its channels hold whole numbers (UINT); write them as HALF or FLOAT");
+    }
+  }
   // The display window may be large and hold little.
   check_size(file, {spec.full_width, spec.full_height, channels},
              std::numeric_limits<std::size_t>::max(), expected);
@@ -208,7 +214,7 @@ Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& b
       radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())));
   OiioInput input(file, bytes);
   if (!input.opened())
-    refuse(file, "truncated or damaged Radiance picture; write or copy it again");
+    refuse(file, "truncated, damaged or unusual Radiance picture; write or copy it again");
   const OIIO::ImageSpec& spec = input.spec();
   check(spec.nchannels == 3, "OpenImageIO gives a Radiance picture three channels");
   check_size(file, {spec.width, spec.height, 3}, bytes.size(), expected);
@@ -221,7 +227,8 @@ Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& b
       to[i] = static_cast<float>(from[i] / factors[i % 3]);
     }
   });
-  if (!whole) refuse(file, "truncated or damaged Radiance picture; write or copy it again");
+  if (!whole)
+    refuse(file, "truncated, damaged or unusual Radiance picture; write or copy it again");
   const int orientation = spec.get_int_attribute("Orientation", 1);
   if (swaps_sides(orientation)) {
     refuse(file, "a Radiance picture stored column by column; write it row by row (-Y, +X)");
@@ -233,7 +240,9 @@ Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& b
 
 bool is_float_image(const fs::path& file) {
   const std::string ending = lower_extension(file);
-  return ending == ".exr" || ending == ".hdr";
+  if (ending != ".tif" && ending != ".tiff") return ending == ".exr" || ending == ".hdr";
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored) && is_float_tiff(read_bytes(file, largest_image_file));
 }
 
 Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
@@ -243,8 +252,10 @@ Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
       return read_exr_light(file, bytes, expected);
     case ImageKind::radiance:
       return read_radiance_light(file, bytes, expected);
+    case ImageKind::tiff:
+      return read_tiff_floats(file, bytes, expected);
     default:
-      refuse(file, "not an EXR file nor a Radiance picture");
+      refuse(file, "not an EXR file, nor a Radiance picture, nor a TIFF of floats");
   }
 }
 

@@ -1,7 +1,6 @@
 #include "io/image/image_file.h"
 
 #include <algorithm>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -9,10 +8,9 @@
 #include "core/file_name.h"
 #include "io/atomic_file.h"
 #include "io/image/exr.h"
-#include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
+#include "io/image/picture_values.h"
 #include "io/image/png_writer.h"
-#include "io/read_file.h"
 
 namespace kappamu::io {
 
@@ -61,123 +59,19 @@ void write_by_extension(const fs::path& file, const Image<Code>& image) {
   write_bytes_atomically(file, std::as_bytes(std::span(bytes)));
 }
 
-/// Codes of `pixels` pixels with `stored` channels each, of which `to` keeps the first ones.
-template <class Code>
-void copy_codes(const std::byte* from, std::size_t pixels, std::size_t stored, std::size_t kept,
-                std::uint16_t* to) {
-  const auto* codes = reinterpret_cast<const Code*>(from);
-  if (stored == kept) {
-    std::copy_n(codes, pixels * kept, to);
-    return;
-  }
-  for (std::size_t i = 0; i < pixels; ++i) std::copy_n(codes + i * stored, kept, to + i * kept);
-}
-
-struct Codes {
-  Image<std::uint16_t> image;
-  int bits = 8;  ///< of each code in the file, 8 or 16
-};
-
-/// Goes to the picture's page among previews and masks (NewSubfileType, TIFF 6.0, section 8).
-void select_page(OiioInput& input, const fs::path& file) {
-  constexpr int reduced = 1, mask = 4;
-  std::vector<int> full;
-  int pages = 0;
-  for (; input.select(pages); ++pages) {
-    const int type = input.spec().get_int_attribute("tiff:subfiletype", 0);
-    if ((type & (reduced | mask)) == 0) full.push_back(pages);
-  }
-  if (full.size() > 1) {
-    throw InputError(file.string() + ": holds " + std::to_string(full.size()) +
-                     " full pictures (pages); save the one that is meant as a file of its own");
-  }
-  if (full.empty() && pages > 1) {
-    throw InputError(file.string() + ": holds previews and masks only; save the full picture");
-  }
-  input.select(full.empty() ? 0 : full.front());
-}
-
-/// Throws where the file's values are something else than grey or R, G, B: OpenImageIO converts
-/// them, or leaves them as they are.
-void check_colours(const OIIO::ImageSpec& spec, const fs::path& file) {
-  static const std::map<int, const char*> others{{0, "white as code 0 (MinIsWhite)"},
-                                                 {3, "palette colours"},
-                                                 {4, "a mask"},
-                                                 {5, "CMYK inks"},
-                                                 {6, "YCbCr colours"},
-                                                 {8, "CIE Lab colours"},
-                                                 {9, "ICC Lab colours"},
-                                                 {10, "ITU Lab colours"},
-                                                 {32803, "a sensor's mosaic"},
-                                                 {34892, "a sensor's linear colours"}};
-  const int photometric = spec.get_int_attribute("tiff:PhotometricInterpretation", 1);
-  const bool cmyk = spec.get_string_attribute("jpeg:ColorSpace") == "CMYK" || spec.nchannels == 4;
-  const auto found = others.find(photometric);
-  const char* what = found != others.end()                ? found->second
-                     : photometric < 0 || photometric > 2 ? "colours of an unknown kind"
-                     : cmyk && spec.alpha_channel < 0     ? "CMYK inks or a fourth colour"
-                                                          : nullptr;
-  if (what == nullptr) return;
-  throw InputError(file.string() + ": holds " + what + "; save it as grey, black as 0, or RGB");
-}
-
-Codes read_codes(const fs::path& file, const SizeCheck& expected) {
-  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
-  const ImageKind kind = image_kind(bytes);
-  const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
-  if (bytes.empty()) fail("the file is empty");
-  if (kind == ImageKind::unknown) fail("not a PNG, TIFF or JPEG image");
-  const std::string name = to_string(kind);
-  if (kind == ImageKind::exr || kind == ImageKind::radiance) {
-    fail("not a PNG, TIFF or JPEG image but " + name + "; give it that format's ending");
-  }
-  const Integrity integrity = check_integrity(bytes);
-  if (integrity != Integrity::complete) {
-    fail((integrity == Integrity::truncated ? "truncated " : "damaged ") + name +
-         " image; copy or photograph it again");
-  }
-  if (const auto size = jpeg_size(bytes)) check_size(file, *size, bytes.size(), expected);
-  OiioInput input(file, bytes);
-  if (!input.opened()) fail("truncated or damaged " + name + " image; copy or photograph it again");
-  if (kind == ImageKind::tiff) select_page(input, file);
-  check_colours(input.spec(), file);
-  const OIIO::ImageSpec& spec = input.spec();
-  const bool has_alpha = spec.nchannels > 1 && spec.alpha_channel == spec.nchannels - 1;
-  const int channels = spec.nchannels - (has_alpha ? 1 : 0);
-  const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
-  if ((channels != 1 && channels != 3) || (bits != 8 && bits != 16) || spec.depth != 1 ||
-      (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16) ||
-      spec.get_string_attribute("planarconfig") == "separate") {
-    fail("unreadable " + name +
-         " image; it must be grey or interleaved RGB with 8 or 16 bits per channel");
-  }
-  check_size(file, {spec.width, spec.height, channels}, bytes.size(), expected);
-  if (spec.tile_width > 0) {
-    check_size(file, {spec.tile_width, spec.tile_height, channels}, bytes.size(), {});
-  }
-  Image<std::uint16_t> image(spec.width, spec.height, channels);
-  const auto copy =
-      spec.format == OIIO::TypeUInt8 ? copy_codes<std::uint8_t> : copy_codes<std::uint16_t>;
-  const bool whole = input.read(spec.format, [&](int first, int rows, const std::byte* pixels) {
-    copy(pixels, static_cast<std::size_t>(rows) * static_cast<std::size_t>(image.width()),
-         static_cast<std::size_t>(spec.nchannels), static_cast<std::size_t>(channels),
-         &image(0, first));
-  });
-  if (!whole) fail("truncated or damaged " + name + " image; copy or photograph it again");
-  return {std::move(image), spec.format == OIIO::TypeUInt8 ? 8 : 16};
-}
-
 }  // namespace
 
-Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected) {
-  return read_codes(file, expected).image;
+Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected,
+                                     const std::optional<Region>& part) {
+  return read_codes(file, expected, part).codes;
 }
 
 Image<float> read_relative_image(const fs::path& file) {
-  const Codes codes = read_codes(file, {});
-  const float white = codes.bits == 16 ? 65535.0F : 255.0F;
-  Image<float> image(codes.image.width(), codes.image.height(), codes.image.channels());
-  std::transform(codes.image.values().begin(), codes.image.values().end(), image.values().begin(),
+  const CodePicture picture = read_codes(file, {});
+  const float white = picture.bits == 16 ? 65535.0F : 255.0F;
+  const Image<std::uint16_t>& codes = picture.codes;
+  Image<float> image(codes.width(), codes.height(), codes.channels());
+  std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
                  [&](std::uint16_t code) { return static_cast<float>(code) / white; });
   return image;
 }

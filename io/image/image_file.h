@@ -5,9 +5,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/image.h"
+#include "core/numbers/region.h"
 #include "io/image/image_limits.h"
 
 namespace kappamu::io {
@@ -16,22 +18,25 @@ namespace kappamu::io {
 /// gamma, no rotation by the file's orientation tag, alpha dropped; of a TIFF the one page that is
 /// neither preview nor mask. Throws InputError naming the file if it is missing, truncated, damaged
 /// or of another kind, or holds other than grey or RGB, or several full pages. `expected` sees the
-/// size before anything makes room for it (image_limits.h).
+/// size before anything makes room for it (image_limits.h). With `part`, that region alone, which
+/// must lie in the picture: rows below it are not decoded.
 Image<std::uint16_t> read_code_image(const std::filesystem::path& file,
-                                     const SizeCheck& expected = {});
+                                     const SizeCheck& expected = {},
+                                     const std::optional<Region>& part = std::nullopt);
 
 /// The same over the largest code of the file's 8 or 16 bits: 0 ... 1.
 Image<float> read_relative_image(const std::filesystem::path& file);
 
-/// Whether the name ends like a picture of linear floats (.exr, .hdr).
+/// Whether the file is a picture of linear floats: its name ends in .exr or .hdr, or it is a TIFF
+/// of floats.
 bool is_float_image(const std::filesystem::path& file);
 
-/// Linear EXR or Radiance picture: R, G, B, or one channel of grey. Of an EXR's parts and layers
-/// the one that holds R, G, B (if there are several, the one without a name of its own, "rgb",
-/// "rgba", "beauty" or "combined"), else grey (Y, L, luminance, ...); the display window, black
-/// where the data window does not reach. Of a Radiance picture the radiance, exposure and colour
-/// correction taken out. Throws InputError naming the file, and the channels where none of them is
-/// light; for deep EXR, luminance/chroma EXR and cube maps.
+/// Linear EXR, Radiance or float TIFF picture: R, G, B, or one channel of grey. Of an EXR's parts
+/// and layers the one that holds R, G, B (if there are several, the one without a name of its own,
+/// "rgb", "rgba", "beauty" or "combined"), else grey (Y, L, luminance, ...); the display window,
+/// black where the data window does not reach. Of a Radiance picture the radiance, exposure and
+/// colour correction taken out. Throws InputError naming the file, and the channels where none of
+/// them is light; for deep EXR, luminance/chroma EXR and cube maps.
 Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {});
 
 /// PNG or TIFF by the file's extension (.png, .tif, .tiff), one or three channels, lossless.

@@ -202,12 +202,13 @@ std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
     if (number(bytes, entry, 2, order) != tag) continue;
     const std::uint64_t type = number(bytes, entry + 2, 2, order);
     const bool is_fraction = type == fraction || type == signed_fraction;
+    if (type != short_type && type != long_type && !is_fraction) return {};
+    const std::size_t size = type == short_type ? 2 : type == long_type ? 4 : 8;
     std::uint64_t at = entry + 4 + word;
-    if (type == short_type) return static_cast<double>(number(bytes, at, 2, order));
-    if (type == long_type) return static_cast<double>(number(bytes, at, 4, order));
-    if (!is_fraction) return {};
-    if (!format.big_tiff) at = number(bytes, at, 4, order);
-    if (at > bytes.size() || bytes.size() - at < 8) return {};
+    // Values of more bytes than fit there lie elsewhere.
+    if (number(bytes, entry + 4, word, order) * size > word) at = number(bytes, at, word, order);
+    if (at > bytes.size() || bytes.size() - at < size) return {};
+    if (!is_fraction) return static_cast<double>(number(bytes, at, size, order));
     const auto whole = [&](std::uint64_t place) {
       const auto value = static_cast<std::uint32_t>(number(bytes, place, 4, order));
       return type == fraction ? static_cast<double>(value)
@@ -226,7 +227,8 @@ std::optional<ImageSize> jpeg_size(Bytes bytes) {
     if (marker > 0xCF || (marker % 4 == 0 && marker != 0xC0) || at + 10 > bytes.size()) return;
     size = {static_cast<int>(number(bytes, at + 7, 2, std::endian::big)),
             static_cast<int>(number(bytes, at + 5, 2, std::endian::big)),
-            static_cast<int>(number(bytes, at + 9, 1, std::endian::big))};
+            static_cast<int>(number(bytes, at + 9, 1, std::endian::big)),
+            static_cast<int>(number(bytes, at + 4, 1, std::endian::big))};
   });
   return size;
 }

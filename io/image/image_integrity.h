@@ -28,12 +28,13 @@ enum class Integrity { complete, truncated, damaged };
 /// room for the same bytes once per entry, 12 GB from a file of 1.6 MB.
 Integrity check_integrity(std::span<const std::byte> bytes);
 
-/// Width, height and channels of a JPEG: of progressive ones libjpeg decodes all while it opens
-/// them. Nothing where there is no frame header, and of other formats.
+/// Width, height, channels and bits of a JPEG: of progressive ones libjpeg decodes all while it
+/// opens them. Nothing where there is no frame header, and of other formats.
 std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes);
 
-/// A number of a TIFF's first directory, where TIFF/EP has what EXIF has in a directory of its own;
-/// nothing where it has no such tag of type short, long or (signed) fraction, and of other formats.
+/// A number, the first of several, of a TIFF's first directory, where TIFF/EP has what EXIF has in
+/// a directory of its own; nothing where it has no such tag of type short, long or (signed)
+/// fraction, and of other formats.
 std::optional<double> tiff_number(std::span<const std::byte> bytes, std::uint64_t tag);
 
 /// Whether an EXR file is long enough for what its header claims: attributes, and the table of its

@@ -10,8 +10,8 @@
 
 namespace kappamu::io {
 
-/// [bytes]; 16-bit RGB without compression up to 89 megapixels.
-constexpr std::size_t largest_image_file = std::size_t{512} << 20;
+/// [bytes]; 16-bit RGB without compression up to 178 megapixels, a merged picture up to 29.
+constexpr std::size_t largest_image_file = std::size_t{1} << 30;
 /// Width times height times channels of a picture of which nothing is expected: 600 MB of codes,
 /// 100 megapixels in colour.
 constexpr std::uint64_t most_image_values = 300'000'000;
@@ -20,6 +20,7 @@ struct ImageSize {
   int width = 0;     ///< [px]
   int height = 0;    ///< [px]
   int channels = 0;  ///< without alpha
+  int bits = 0;      ///< of a stored code; 0: unknown, or floats
 };
 
 /// What the caller of a reader expects: throws InputError naming the file where `claimed` is

@@ -77,8 +77,7 @@ bool OiioInput::select(int part) {
   return true;
 }
 
-bool OiioInput::read(OIIO::TypeDesc format,
-                     const std::function<void(int, int, const std::byte*)>& take) {
+bool OiioInput::read(OIIO::TypeDesc format, const TakeRows& take, std::optional<int> wanted_rows) {
   const OIIO::ImageSpec& image = spec();
   const bool tiled = image.tile_width > 0;
   // EXR is compressed in blocks of up to 32 rows. Other formats go row by row: for several rows of
@@ -90,7 +89,8 @@ bool OiioInput::read(OIIO::TypeDesc format,
   std::vector<std::byte> pixels(row_bytes * static_cast<std::size_t>(block));
   input_->geterror();  // of a part that was looked for
   try {
-    for (int y = 0; y < image.height; y += block) {
+    const int wanted = std::min(image.height, wanted_rows.value_or(image.height));
+    for (int y = 0; y < wanted; y += block) {
       const int rows = std::min(block, image.height - y);
       const int begin = image.y + y;
       const bool read =
@@ -108,8 +108,12 @@ bool OiioInput::read(OIIO::TypeDesc format,
   return !input_->has_error();  // libjpeg goes on with grey where data are missing, and warns
 }
 
-std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
-                                        const void* pixels, const std::string& what) {
+namespace {
+
+using WritePixels = std::function<bool(OIIO::ImageOutput& output)>;
+
+std::vector<unsigned char> encode(const char* format, OIIO::ImageSpec spec,
+                                  const WritePixels& write, const std::string& what) {
   // A task of OpenEXR's own threads whose allocation fails leaves its lines out without a word; the
   // library's words on the way are for its authors.
   [[maybe_unused]] static const bool alone = OIIO::attribute("exr_threads", -1);
@@ -120,13 +124,43 @@ std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec
   spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   const auto output = OIIO::ImageOutput::create(format);
   check(output != nullptr, std::string("OpenImageIO has no writer of ") + format);
-  const bool written =
-      output->open(what, spec) && output->write_image(spec.format, pixels) && output->close();
+  const bool written = output->open(what, spec) && write(*output) && output->close();
   // Encoders say in words that an allocation failed.
   if (!written && output->geterror(false).find("memory") != std::string::npos)
     throw std::bad_alloc();
   check(written, "OpenImageIO cannot encode " + what + ": " + output->geterror());
   return bytes;
+}
+
+}  // namespace
+
+std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
+                                        const void* pixels, const std::string& what) {
+  const OIIO::TypeDesc type = spec.format;
+  return encode(
+      format, std::move(spec),
+      [&](OIIO::ImageOutput& output) { return output.write_image(type, pixels); }, what);
+}
+
+std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
+                                        const FillRows& fill, const std::string& what) {
+  constexpr int block = 64;  // a multiple of the rows that EXR compresses together
+  std::vector<std::byte> pixels(spec.scanline_bytes() * static_cast<std::size_t>(block));
+  const OIIO::ImageSpec shape = spec;
+  return encode(
+      format, std::move(spec),
+      [&](OIIO::ImageOutput& output) {
+        for (int y = 0; y < shape.height; y += block) {
+          const int rows = std::min(block, shape.height - y);
+          fill(y, rows, pixels.data());
+          if (!output.write_scanlines(shape.y + y, shape.y + y + rows, 0, shape.format,
+                                      pixels.data())) {
+            return false;
+          }
+        }
+        return true;
+      },
+      what);
 }
 
 }  // namespace kappamu::io

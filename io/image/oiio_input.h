@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,11 @@ class OiioInput {
   const OIIO::ImageSpec& spec() const { return input_->spec(); }
 
   /// Calls `take`(first row, rows, pixels) for blocks of rows in order, with pixels of `format` and
-  /// all channels, [row][x][channel]. False where the picture is damaged. Blocks keep two copies of
-  /// the picture from being held at once.
-  bool read(OIIO::TypeDesc format,
-            const std::function<void(int first, int rows, const std::byte* pixels)>& take);
+  /// all channels, [row][x][channel], of the first `wanted_rows`, or all. False where the picture
+  /// is damaged. Blocks keep two copies of the picture from being held at once.
+  using TakeRows = std::function<void(int first, int rows, const std::byte* pixels)>;
+  bool read(OIIO::TypeDesc format, const TakeRows& take,
+            std::optional<int> wanted_rows = std::nullopt);
 
  private:
   /// OpenImageIO's own reads before and behind the bytes where a file tells it to.
@@ -57,5 +59,10 @@ class OiioInput {
 /// fails.
 std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
                                         const void* pixels, const std::string& what);
+
+/// The same, block by block: `fill` writes rows [first, first + rows) to `pixels`.
+using FillRows = std::function<void(int first, int rows, std::byte* pixels)>;
+std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
+                                        const FillRows& fill, const std::string& what);
 
 }  // namespace kappamu::io

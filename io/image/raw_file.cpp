@@ -83,13 +83,30 @@ int colour_of(LibRaw& raw, int row, int column, const fs::path& file) {
   }
 }
 
+/// What LibRaw keeps of a black level that repeats over rows and columns (BlackLevelRepeatDim): the
+/// numbers of both, then the levels.
+double repeated_black(const libraw_colordata_t& colour, std::size_t row, std::size_t column) {
+  const std::size_t rows = colour.cblack[4], columns = colour.cblack[5];
+  if (rows == 0 || columns == 0) return 0.0;
+  return colour.cblack[6 + row % rows * columns + column % columns];
+}
+
+/// Whether the file has uncompressed tiles, which LibRaw reads as if they were rows.
+bool has_plain_tiles(LibRaw& raw) {
+  const auto& data = raw.get_internal_data_pointer()->unpacker_data;
+  libraw_decoder_info_t decoder{};
+  raw.get_decoder_info(&decoder);
+  return decoder.decoder_name == std::string("packed_dng_load_raw()") && data.tile_width > 0 &&
+         data.tile_width < raw.imgdata.sizes.raw_width;
+}
+
 /// Nothing of a sensor without colour filters.
 std::optional<BayerLayout> layout_of(LibRaw& raw, const fs::path& file) {
   // Below 1000 LibRaw codes other things than a 2 x 2 pattern (0: none, 9: X-Trans).
   constexpr unsigned least_pattern = 1000;
   if (raw.imgdata.idata.filters == 0 && raw.imgdata.idata.colors == 1) return std::nullopt;
   if (raw.imgdata.idata.filters < least_pattern) {
-    fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
+    fail(file, "not from a Bayer sensor (such as X-Trans); convert it to linear TIFF or EXR");
   }
   BayerLayout layout{};
   std::array<int, 3> sites{};
@@ -132,6 +149,9 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
   const int height = sizes.height / 2 * 2;
   check_size(file, {width, height, 1}, bytes.size(), expected);
   check_size(file, {sizes.raw_width, sizes.raw_height, 1}, bytes.size(), {});  // with its margins
+  if (has_plain_tiles(raw)) {
+    fail(file, "a DNG of uncompressed tiles; compress it, or convert it to linear TIFF or EXR");
+  }
   status = raw.unpack();
   if (status != LIBRAW_SUCCESS || damaged) {
     fail(file, "truncated or damaged RAW file; copy or photograph it again");
@@ -154,13 +174,19 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
     const ushort* row = codes + (sizes.top_margin + y) * pitch + sizes.left_margin;
     std::copy_n(row, width, &image.mosaic(0, y));
   }
+  // Of compressed data that LibRaw does not know it makes zeros.
+  const auto& mosaic = image.mosaic.values();
+  if (std::all_of(mosaic.begin(), mosaic.end(), [](int code) { return code == 0; })) {
+    fail(file, "every code is 0: damaged, or compressed in a way that LibRaw does not read");
+  }
   const libraw_colordata_t& colour = raw.imgdata.color;
   for (std::size_t site = 0; site < 4; ++site) {
     const int row = static_cast<int>(site) / 2, column = static_cast<int>(site) % 2;
     const auto index = static_cast<std::size_t>(image.layout ? raw.COLOR(row, column) : 0);
     const auto channel = static_cast<std::size_t>(image.layout ? (*image.layout)[site] : 0);
     const double share = !image.layout ? 0.25 : channel == 1 ? 0.5 : 1.0;  // of its sites
-    image.black[channel] += share * (colour.black + colour.cblack[index]);
+    image.black[channel] +=
+        share * (colour.black + colour.cblack[index] + repeated_black(colour, site / 2, site % 2));
   }
   image.white = static_cast<int>(colour.maximum);
   return image;

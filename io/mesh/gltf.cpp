@@ -35,8 +35,9 @@ bool places_nothing(std::string_view extension) {
 
 class Gltf {
  public:
-  Gltf(std::span<const std::byte> file, const std::filesystem::path& path)
-      : builder_(path.string(), "triangle") {
+  Gltf(std::span<const std::byte> file, const std::filesystem::path& path,
+       std::span<const double> morph)
+      : builder_(path.string(), "triangle"), morph_(morph) {
     std::span<const std::byte> text = file;
     std::optional<std::span<const std::byte>> binary;
     if (file.size() >= 4 && word_at(file, 0) == magic) {
@@ -52,7 +53,8 @@ class Gltf {
     for (const std::size_t node : roots()) place(node, Eigen::Affine3d::Identity(), 0);
     builder_.rounded_to(step_);
     if (skinned_) builder_.note("its skin is left out: the body stands as its positions do");
-    if (morphed_) builder_.note("its morph targets are left out, whose weights are not all 0");
+    if (morphed_ && morph_.empty())
+      builder_.note("its morph targets are left out, whose weights are not all 0");
     return builder_.take();
   }
 
@@ -198,6 +200,25 @@ class Gltf {
       place(child, world_from_node, depth + 1);
   }
 
+  /// Morph targets by the weights that were asked for.
+  void add_targets(const json& primitive, Accessor& positions) {
+    if (morph_.empty()) return;
+    const json& targets = accessors_->list(primitive, "targets");
+    if (targets.size() != morph_.size()) {
+      builder_.fail("has " + std::to_string(targets.size()) + " morph targets and " +
+                    std::to_string(morph_.size()) + " weights; write one for each");
+    }
+    for (std::size_t t = 0; t < targets.size(); ++t) {
+      if (morph_[t] == 0.0 || !targets[t].is_object() || !targets[t].contains("POSITION")) continue;
+      const Accessor moves =
+          accessors_->read(number(targets[t], "POSITION", 0), "POSITION", 3, most_triangles * 3);
+      if (moves.count != positions.count) refuse("a morph target of its glTF is of another mesh");
+      for (std::size_t i = 0; i < positions.values.size(); ++i) {
+        positions.values[i] += morph_[t] * moves.values[i];
+      }
+    }
+  }
+
   void place_primitive(const json& primitive, const Eigen::Affine3d& world_from_node) {
     if (!primitive.is_object() || !primitive.contains("attributes")) {
       refuse("a primitive of its glTF has no attributes");
@@ -210,7 +231,8 @@ class Gltf {
     }
     const std::size_t accessor =
         number(primitive["attributes"], "POSITION", list("accessors").size());
-    const Accessor positions = accessors_->read(accessor, "POSITION", 3, most_triangles * 3);
+    Accessor positions = accessors_->read(accessor, "POSITION", 3, most_triangles * 3);
+    add_targets(primitive, positions);
     const double stretch = world_from_node.linear().cwiseAbs().maxCoeff();
     const int first = static_cast<int>(builder_.vertices());
     for (std::size_t v = 0; v < positions.count; ++v) {
@@ -223,6 +245,7 @@ class Gltf {
       step_ = std::max(step_, stretch * float_step(position));
       builder_.add_vertex(placed);
     }
+    const std::vector<Eigen::Vector2f> texture = texture_of(primitive, positions.count);
     std::vector<double> corners;
     if (primitive.contains("indices")) {
       corners = accessors_->read(number(primitive, "indices", 0), "indices", 1, most_triangles * 3)
@@ -248,8 +271,30 @@ class Gltf {
       const bool odd = mode == strip && k % 2 == 1;
       std::array<int, 3> triangle{corner(mode == fan ? 0 : k), corner(k + 1), corner(k + 2)};
       if (odd != mirrored) std::swap(triangle[1], triangle[2]);
-      builder_.add_polygon(triangle, triangles_++);
+      CornerTexture placed;
+      for (std::size_t i = 0; i < 3 && !texture.empty(); ++i)
+        placed[i] = texture[static_cast<std::size_t>(triangle[i] - first)];
+      builder_.add_polygon(triangle, triangles_++,
+                           texture.empty() ? std::span<const Eigen::Vector2f>() : placed);
     }
+  }
+
+  /// TEXCOORD_0, one pair per position; empty where the primitive has none.
+  std::vector<Eigen::Vector2f> texture_of(const json& primitive, std::size_t positions) {
+    std::vector<Eigen::Vector2f> texture;
+    if (!primitive["attributes"].contains("TEXCOORD_0")) return texture;
+    const std::size_t accessor =
+        number(primitive["attributes"], "TEXCOORD_0", list("accessors").size());
+    const Accessor read = accessors_->read(accessor, "TEXCOORD_0", 2, most_triangles * 3);
+    if (read.count != positions) {
+      refuse("a primitive of its glTF has " + std::to_string(read.count) +
+             " texture coordinates and " + std::to_string(positions) + " positions");
+    }
+    for (std::size_t v = 0; v < read.count; ++v) {
+      texture.emplace_back(static_cast<float>(read.values[2 * v]),
+                           static_cast<float>(read.values[2 * v + 1]));
+    }
+    return texture;
   }
 
   MeshBuilder builder_;
@@ -258,12 +303,14 @@ class Gltf {
   std::size_t placed_ = 0, triangles_ = 0;
   double step_ = 0.0;
   bool skinned_ = false, morphed_ = false;
+  std::span<const double> morph_;
 };
 
 }  // namespace
 
-FileMesh read_gltf(std::span<const std::byte> file, const std::filesystem::path& path) {
-  return Gltf(file, path).read();
+FileMesh read_gltf(std::span<const std::byte> file, const std::filesystem::path& path,
+                   std::span<const double> morph) {
+  return Gltf(file, path, morph).read();
 }
 
 }  // namespace kappamu::io

@@ -1,6 +1,7 @@
 #include "io/mesh/mesh_builder.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/error.h"
 #include "core/file_name.h"
@@ -8,6 +9,13 @@
 #include "core/shown_text.h"
 
 namespace kappamu::io {
+
+namespace {
+
+const Eigen::Vector2f nowhere = Eigen::Vector2f::Constant(std::numeric_limits<float>::quiet_NaN());
+const CornerTexture no_texture{nowhere, nowhere, nowhere};
+
+}  // namespace
 
 void MeshBuilder::fail(const std::string& what) const {
   throw InputError(name_ + ": " + what);
@@ -40,7 +48,8 @@ void MeshBuilder::require_corners(std::size_t corners, std::size_t face) const {
        " are taken, triangulate the mesh");
 }
 
-void MeshBuilder::add_polygon(std::span<const int> corners, std::size_t face) {
+void MeshBuilder::add_polygon(std::span<const int> corners, std::size_t face,
+                              std::span<const Eigen::Vector2f> texture) {
   require_corners(corners.size(), face);
   if (corners.size() < 3) return leave_out("faces of fewer than three corners");
   auto& triangles = result_.mesh.triangles;
@@ -52,7 +61,30 @@ void MeshBuilder::add_polygon(std::span<const int> corners, std::size_t face) {
   } else {
     cut_into_triangles(result_.mesh.vertices, corners, triangles);
   }
+  const std::size_t before = result_.face.size();
   result_.face.resize(triangles.size(), static_cast<int>(face));
+  if (texture.empty()) return;
+  result_.mesh.texture.resize(before, no_texture);
+  for (std::size_t t = before; t < triangles.size(); ++t) {
+    CornerTexture& placed = result_.mesh.texture.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto corner = std::find(corners.begin(), corners.end(), triangles[t][k]);
+      placed[k] = texture[static_cast<std::size_t>(corner - corners.begin())];
+    }
+  }
+}
+
+/// Coordinates that some faces lack, or that are no numbers, would place nothing.
+void MeshBuilder::require_whole_texture() {
+  auto& texture = result_.mesh.texture;
+  if (texture.empty()) return;
+  texture.resize(result_.mesh.triangles.size(), no_texture);
+  const auto missing = std::count_if(texture.begin(), texture.end(), [](const CornerTexture& t) {
+    return !(t[0] + t[1] + t[2]).allFinite();
+  });
+  if (missing == 0) return;
+  note("its texture coordinates are left out: " + std::to_string(missing) + " triangles have none");
+  texture.clear();
 }
 
 void MeshBuilder::leave_out(const std::string& kind, std::size_t count) {
@@ -80,6 +112,7 @@ FileMesh MeshBuilder::take() {
     fail("has no triangles" + (left.empty() ? "" : " but " + left + ", which bound nothing") +
          "; give a closed triangle mesh");
   }
+  require_whole_texture();
   if (!left.empty()) note("left out what bounds nothing: " + left);
   const double size = bounding_box(result_.mesh).sizes().maxCoeff();
   constexpr double coarsest = 1e-4;  // of the box: edges of 1/250 are then right to 2.5 %

@@ -29,8 +29,9 @@ class MeshBuilder {
   /// Faces that follow belong to it.
   void begin_part(const std::string& kind, std::string_view name);
   /// Corners are numbers of vertices that are there; those of fewer than three bound nothing.
-  /// `face` is its line or number.
-  void add_polygon(std::span<const int> corners, std::size_t face);
+  /// `face` is its line or number; `texture` has one pair per corner, or none.
+  void add_polygon(std::span<const int> corners, std::size_t face,
+                   std::span<const Eigen::Vector2f> texture = {});
   void require_corners(std::size_t corners, std::size_t face) const;
   /// Things of a kind that are no surface, such as "lines": stated in the end.
   void leave_out(const std::string& kind, std::size_t count = 1);
@@ -42,6 +43,7 @@ class MeshBuilder {
 
  private:
   std::string left_out() const;
+  void require_whole_texture();
 
   std::string name_;
   FileMesh result_;

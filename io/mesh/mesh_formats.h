@@ -21,6 +21,8 @@ FileMesh read_stl(std::span<const std::byte> file, const std::string& name);
 
 /// glTF 2.0, as text or binary whatever its name says: its scene's nodes and their transforms,
 /// meshes' positions and indices. Buffers lie in the file, in data URIs, or beside `path`.
-FileMesh read_gltf(std::span<const std::byte> file, const std::filesystem::path& path);
+/// `morph` as read_mesh() takes it.
+FileMesh read_gltf(std::span<const std::byte> file, const std::filesystem::path& path,
+                   std::span<const double> morph);
 
 }  // namespace kappamu::io

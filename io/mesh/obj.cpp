@@ -1,5 +1,6 @@
 // Wavefront OBJ. Positions are read first, so that faces may stand before them.
 #include <charconv>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,12 +64,14 @@ class Obj {
   FileMesh read() {
     for (Lines line(text_); line.next();) {
       if (line.keyword() == "v") vertex(line);
+      if (line.keyword() == "vt") texture(line);
     }
-    std::size_t before = 0;  // vertices, to which negative numbers are relative
+    std::size_t before = 0, before_texture = 0;  // to which negative numbers are relative
     for (Lines line(text_); line.next();) {
       const std::string_view what = line.keyword();
       if (what == "v") ++before;
-      if (what == "f" || what == "fo") face(line, before);
+      if (what == "vt") ++before_texture;
+      if (what == "f" || what == "fo") face(line, before, before_texture);
       if (what == "o" || what == "g") part(line);
       if (what == "l") builder_.leave_out("lines");
       if (what == "p") builder_.leave_out("points");
@@ -95,20 +98,34 @@ class Obj {
     builder_.add_vertex(position);
   }
 
-  void face(Lines& line, std::size_t before) {
+  /// v is 0 where a file of one dimension leaves it out; what is no number places nothing.
+  void texture(Lines& line) {
+    const std::string_view u = line.word(), v = line.word();
+    const auto number = [](std::string_view word) {
+      return static_cast<float>(
+          finite_number(word).value_or(std::numeric_limits<double>::quiet_NaN()));
+    };
+    texture_.emplace_back(number(u), v.empty() ? 0.0F : number(v));
+  }
+
+  void face(Lines& line, std::size_t before, std::size_t before_texture) {
     corners_.clear();
+    corner_texture_.clear();
     for (std::string_view word = line.word(); !word.empty(); word = line.word()) {
       corners_.push_back(corner(line, word, before));
+      if (const auto number = texture_number(word, before_texture))
+        corner_texture_.push_back(texture_[*number]);
       if (corners_.size() <= most_polygon_corners) continue;
       std::size_t more = corners_.size();
       while (!line.word().empty()) ++more;
       builder_.require_corners(more, line.number());
     }
-    builder_.add_polygon(corners_, line.number());
+    if (corner_texture_.size() != corners_.size()) corner_texture_.clear();
+    builder_.add_polygon(corners_, line.number(), corner_texture_);
   }
 
-  /// "7", "7/1", "7//3" or "7/1/3"; from 1, or from the last one, -1. What is after the first
-  /// stroke places nothing, whether it is there or not.
+  /// "7", "7/1", "7//3" or "7/1/3"; from 1, or from the last one, -1: vertex, texture coordinates
+  /// and normal.
   int corner(const Lines& line, std::string_view word, std::size_t before) const {
     const std::string_view number = word.substr(0, word.find('/'));
     long long index = 0;
@@ -125,6 +142,19 @@ class Obj {
     return static_cast<int>(vertex);
   }
 
+  /// None where the corner names no texture coordinates that are there.
+  std::optional<std::size_t> texture_number(std::string_view word, std::size_t before) const {
+    const std::size_t stroke = std::min(word.find('/'), word.size() - 1);
+    const std::string_view number =
+        word.substr(stroke + 1, word.find('/', stroke + 1) - stroke - 1);
+    long long index = 0;
+    const auto [end, error] = std::from_chars(number.begin(), number.end(), index);
+    const long long found = index < 0 ? static_cast<long long>(before) + index : index - 1;
+    const bool there = error == std::errc() && end == number.end() && index != 0 && found >= 0 &&
+                       found < static_cast<long long>(texture_.size());
+    return there ? std::optional<std::size_t>(found) : std::nullopt;
+  }
+
   void part(Lines& line) {
     std::string_view rest = line.words();
     const std::size_t begin = std::min(rest.find_first_not_of(" \t"), rest.size());
@@ -139,6 +169,7 @@ class Obj {
   std::string_view text_;
   MeshBuilder builder_;
   std::vector<int> corners_;
+  std::vector<Eigen::Vector2f> texture_, corner_texture_;
   bool objects_ = false;
 };
 

@@ -62,8 +62,14 @@ class Ply {
       fail("it holds more than its header declares");
     }
     std::size_t first = 0;
+    std::vector<Eigen::Vector2f> texture;
     for (const auto& [face, corners] : faces_) {
-      builder_.add_polygon(std::span(corners_).subspan(first, corners), face);
+      const std::span<const int> polygon = std::span(corners_).subspan(first, corners);
+      texture.clear();
+      if (!vertex_texture_.empty()) {
+        for (const int v : polygon) texture.push_back(vertex_texture_[static_cast<std::size_t>(v)]);
+      }
+      builder_.add_polygon(polygon, face, texture);
       first += corners;
     }
     return builder_.take();
@@ -188,14 +194,21 @@ class Ply {
       }
       if (axes[k] == nullptr || axes[k]->length) fail("its vertices lack x, y or z");
     }
+    const std::array<const Property*, 2> texture = texture_properties(element);
     for (std::size_t i = 0; i < element.count; ++i) {
       begin(element, i);
       Eigen::Vector3d position;
       bool rounded = false;
       for (const Property& property : element.properties) {
         const auto axis = std::find(axes.begin(), axes.end(), &property) - axes.begin();
-        if (axis == 3) {
+        if (&property == texture[0]) {
+          vertex_texture_.emplace_back(value(property.kind), 0.0);
+        } else if (axis == 3 && &property == texture[1]) {
+          vertex_texture_.back()[1] = static_cast<float>(value(property.kind));
+        } else if (axis == 3) {
           skip(property);
+        }
+        if (axis == 3) {
           continue;
         }
         position[axis] = value(property.kind);
@@ -206,6 +219,23 @@ class Ply {
       if (rounded && !ascii_) builder_.rounded_to(float_step(position));
       builder_.add_vertex(position);
     }
+  }
+
+  /// The vertices' u and v, under the names that programs give them; none unless both are there, u
+  /// before v.
+  static std::array<const Property*, 2> texture_properties(const Element& element) {
+    constexpr std::array<std::array<std::string_view, 2>, 3> names{
+        {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}}};
+    for (const auto& name : names) {
+      std::array<const Property*, 2> found{};
+      for (const Property& property : element.properties) {
+        if (property.length) continue;
+        if (property.name == name[0]) found[0] = &property;
+        if (property.name == name[1] && found[0] != nullptr) found[1] = &property;
+      }
+      if (found[1] != nullptr) return found;
+    }
+    return {};
   }
 
   /// Polygons are cut when all vertices are known: these may stand behind them.
@@ -348,6 +378,7 @@ class Ply {
   const Element* element_ = nullptr;
   std::size_t number_ = 0;  ///< of the instance being read
   std::vector<int> corners_;
+  std::vector<Eigen::Vector2f> vertex_texture_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> faces_;  ///< number, corners
 };
 

@@ -37,7 +37,7 @@ nlohmann::ordered_json consistency_json(const inverse::Consistency& c) {
           {"log_scale", {{"value", c.log_scale.value}, {"std", c.log_scale.error}}},
           {"log_scale_limit", c.log_scale_limit},
           {"volume_log_scale", scale ? Json(scale->log_scale->value) : Json(nullptr)},
-          {"paid_for_scale", scale ? Json(scale->paid_for_scale) : Json(nullptr)},
+          {"scale_gain", scale ? Json(scale->scale_gain) : Json(nullptr)},
           {"scale_is_wrong", c.scale_is_wrong()},
           {"shift_voxels",
            {{"u", c.shift_u.value},

@@ -54,12 +54,12 @@ std::optional<RunRecord> read_run_record(const std::filesystem::path& run) {
   try {
     const json object = json::parse(io::read_text(path));
     if (object.at("format") != "kappamu-run")
-      throw InputError(path.string() + ": not a run record; choose another output folder (-o)");
+      throw InputError(path.string() + ": not a run record; choose another folder");
     if (object.at("version") != 1 || !object.contains("checksum"))
       throw InputError(
           path.string() +
           ": was written by another version of kappamu, whose record this one does not "
-          "read; make the run again in another folder (-o)");
+          "read; make the run again in another folder");
     RunRecord record = from_json(object);
     if (!is_sealed(object))
       throw InputError(path.string() +

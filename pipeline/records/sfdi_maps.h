@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "inverse/lateral/lateral_fit.h"
 
 namespace kappamu::pipeline::sfdi {
+
+/// Value of a pixel that is not valid.
+inline constexpr float not_valid = std::numeric_limits<float>::quiet_NaN();
 
 /// Where deviations come from.
 enum class Part { noise, pictures, phantom, medium, table };
@@ -27,6 +31,7 @@ struct LightCheck {
   std::optional<double> found_per_mm;
   double second_harmonic = 0.0, stripes = 0.0;  ///< over the amplitude
   std::size_t saturated = 0;
+  std::optional<double> shift_mm;  ///< median, of the fringes against the phantom's
 };
 
 /// Mean over region_px.
@@ -42,14 +47,24 @@ struct WavelengthMap {
   Image<float> mua, musp;                      ///< [1/mm]; not a number where not valid
   Image<float> mua_deviation, musp_deviation;  ///< standard [1/mm]
   Image<float> kappa, kappa_deviation;         ///< κ = 1/(3(μa + σs')) [mm]
+  Image<float> height_mm;                      ///< above the phantom's plane; empty: not measured
   Image<std::uint8_t> verdict;                 ///< inverse::LateralVerdict; 0: valid
   std::array<std::array<double, 2>, part_names.size()> parts{};  ///< median, relative: μa, σs'
   std::vector<LightCheck> checks;
   std::optional<RegionMean> region;
 };
 
+/// A quantity by pixel that all wavelengths together give; not a number where one is not valid.
+struct SpectralMap {
+  std::string name;  ///< of its files: "hbo2", "saturation", "scattering_500nm", ...
+  std::string unit;  ///< "" of a ratio
+  Image<float> value, deviation;
+};
+
 struct Maps {
   std::vector<WavelengthMap> wavelengths;
+  std::vector<SpectralMap> spectral;
+  std::optional<double> chi_square;  ///< of the absorbers: median per degree of freedom
   std::vector<std::string> warnings;
 };
 

@@ -7,6 +7,7 @@
 #include "core/shown_text.h"
 #include "forward/lateral/lateral_reflectance.h"
 #include "io/json_fields.h"
+#include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -47,6 +48,18 @@ void describe(Fields& fields, Errors& e) {
 }
 
 template <class Fields>
+void describe(Fields& fields, Spectra& s) {
+  fields("absorbers", s.absorbers);
+  fields.optional("file", s.file);
+}
+
+template <class Fields>
+void describe(Fields& fields, ProjectorPlace& p) {
+  fields("degrees", p.degrees);
+  fields("distance_mm", p.distance_mm);
+}
+
+template <class Fields>
 void describe(Fields& fields, Pictures& p) {
   fields("wavelength_nm", p.wavelength_nm);
   fields("per_mm", p.per_mm);
@@ -70,6 +83,8 @@ void describe(Fields& fields, Description& d) {
   fields("medium", d.medium);
   fields("reference", d.reference);
   fields("errors", d.errors);
+  fields("spectra", d.spectra);
+  fields("projector", d.projector);
   fields("measurements", d.measurements);
 }
 
@@ -138,6 +153,18 @@ void check_pictures(const Checks& checks, const Description& d, std::size_t inde
   }
 }
 
+void check_projector(const Checks& checks, const Description& d) {
+  checks.positive(d.projector->distance_mm, "projector.distance_mm");
+  const double degrees = std::abs(d.projector->degrees);
+  checks.require(degrees >= 1.0 && degrees < 80.0, "projector.degrees",
+                 "is " + shown_number(d.projector->degrees) +
+                     "; it is an angle from 1 to 80 degrees, or -1 to -80 against the sinusoid's "
+                     "direction");
+  checks.require(d.reference && !d.reference->region_px, "projector",
+                 "needs the phantom's pictures pixel by pixel, as the plane that heights count "
+                 "from; state reference without region_px");
+}
+
 }  // namespace
 
 Description read_description(const std::filesystem::path& folder_or_file) {
@@ -182,6 +209,7 @@ Description read_description(const std::filesystem::path& folder_or_file) {
     checks.share(d.errors->own, "errors.own");
   }
   for (std::size_t i = 0; i < d.measurements.size(); ++i) check_pictures(checks, d, i);
+  if (d.projector) check_projector(checks, d);
   for (const Pictures& p : d.measurements) {
     checks.require(std::any_of(d.measurements.begin(), d.measurements.end(),
                                [&](const Pictures& other) {
@@ -193,6 +221,7 @@ Description read_description(const std::filesystem::path& folder_or_file) {
                        " nm; even light alone does not tell absorption from "
                        "scattering");
   }
+  check_spectra(d);
   return d;
 }
 

@@ -46,6 +46,12 @@ struct Errors {
   double own = 0.0;     ///< of each spatial frequency by itself
 };
 
+/// Where the projector stands; the camera looks straight down at the picture's centre.
+struct ProjectorPlace {
+  double degrees = 0.0;  ///< from the camera's axis in the direction of the sinusoids' change
+  double distance_mm = 0.0;
+};
+
 /// One wavelength under one sinusoid, or under even light.
 struct Pictures {
   double wavelength_nm = 0.0;
@@ -56,6 +62,15 @@ struct Pictures {
   std::vector<std::string> sample, reference;
   std::vector<double> phases_degrees;  ///< of both; empty: spread evenly over 360
   std::optional<std::string> dark;     ///< subtracted from all of them
+};
+
+/// Absorbers whose amounts are fitted to μa of all wavelengths.
+struct Spectra {
+  /// Of forward/lateral/chromophores.h, or columns of `file`.
+  std::vector<std::string> absorbers;
+  /// CSV with a column wavelength_nm and one by absorber: absorption of one unit [1/mm]. Empty:
+  /// tables of forward/lateral/chromophores.h.
+  std::string file;
 };
 
 struct Description {
@@ -70,6 +85,8 @@ struct Description {
   Medium medium;
   std::optional<Reference> reference;
   std::optional<Errors> errors;
+  std::optional<Spectra> spectra;
+  std::optional<ProjectorPlace> projector;  ///< stated: height and tilt are measured and corrected
   std::vector<Pictures> measurements;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "core/error.h"
@@ -10,6 +9,7 @@
 #include "core/shown_text.h"
 #include "pipeline/sfdi/calibration.h"
 #include "pipeline/sfdi/sfdi_ratios.h"
+#include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -24,9 +24,10 @@ using inverse::PerFrequency;
 constexpr double reported_stripes = 0.02;
 // A sinusoid whose own frequency is off by more than this part is reported.
 constexpr double reported_frequency = 0.02;
+// Fringes further from the phantom's are reported: by a projector at 15 degrees, a height of 2 mm.
+constexpr double reported_shift_mm = 0.5;
 // Weight of a pixel without noise of its own, relative.
 constexpr double least_deviation = 1e-4;
-constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 /// Standard deviations [1/mm], [1/mm] and of κ = 1/(3(μa + σs')) [mm].
 struct Deviations {
@@ -58,7 +59,10 @@ class Mapper {
  public:
   Mapper(const Description& description, double wavelength_nm) : d_(description) {
     map_.wavelength_nm = wavelength_nm;
-    ratios_ = measure_ratios(d_, wavelength_nm, map_.checks);
+    Ratios measured = measure_ratios(d_, wavelength_nm, map_.checks);
+    ratios_ = std::move(measured.by_frequency);
+    relief_ = std::move(measured.relief);
+    if (relief_) map_.height_mm = relief_->height_mm;
     frequency_.resize(static_cast<Eigen::Index>(ratios_.size()));
     for (std::size_t i = 0; i < ratios_.size(); ++i) {
       frequency_[static_cast<Eigen::Index>(i)] = ratios_[i].per_mm;
@@ -72,7 +76,7 @@ class Mapper {
 
   WavelengthMap map() {
     const int width = ratios_.front().value.width(), height = ratios_.front().value.height();
-    const Image<float> unset(width, height, 1, not_a_number);
+    const Image<float> unset(width, height, 1, not_valid);
     map_.mua = map_.musp = map_.kappa = unset;
     map_.mua_deviation = map_.musp_deviation = map_.kappa_deviation = unset;
     map_.verdict = Image<std::uint8_t>(width, height, 1);
@@ -105,12 +109,17 @@ class Mapper {
     return true;
   }
 
-  LateralFit fit(const PerFrequency& reflectance, const PerFrequency& noise,
-                 const LateralCoefficients& start) const {
+  /// On the surface at a pixel.
+  PerFrequency frequency_at(int x, int y) const {
+    return relief_ ? PerFrequency(frequency_ * relief_->frequency(x, y)) : frequency_;
+  }
+
+  LateralFit fit(const PerFrequency& frequency, const PerFrequency& reflectance,
+                 const PerFrequency& noise, const LateralCoefficients& start) const {
     const double own = d_.errors ? d_.errors->own : 0.0;
     const PerFrequency weight =
         (noise.array().square() + own * own + least_deviation * least_deviation).sqrt();
-    return fit_lateral(calibration_->sample().stated, frequency_, reflectance, weight, start);
+    return fit_lateral(calibration_->sample().stated, frequency, reflectance, weight, start);
   }
 
   void pixel(int x, int y, LateralCoefficients& start,
@@ -119,8 +128,11 @@ class Mapper {
     LateralFit fitted;
     fitted.verdict = LateralVerdict::no_light;
     if (read(x, y, reflectance, noise)) {
-      fitted = fit(reflectance, noise, start);
-      if (fitted.verdict == LateralVerdict::no_medium) fitted = fit(reflectance, noise, {});
+      const PerFrequency frequency = frequency_at(x, y);
+      fitted = fit(frequency, reflectance, noise, start);
+      if (fitted.verdict == LateralVerdict::no_medium) {
+        fitted = fit(frequency, reflectance, noise, {});
+      }
     }
     map_.verdict(x, y) = static_cast<std::uint8_t>(fitted.verdict);
     if (fitted.verdict != LateralVerdict::good) return;
@@ -174,7 +186,7 @@ class Mapper {
       variance[i] *= ratios_[static_cast<std::size_t>(i)].shared_pixels / (n * n);
     }
     const PerFrequency deviation = variance.cwiseSqrt();
-    const LateralFit fitted = fit(mean / n, deviation, result.mean);
+    const LateralFit fitted = fit(frequency_, mean / n, deviation, result.mean);
     if (fitted.verdict == LateralVerdict::good) {
       Calibration::Shared shared = calibration_->shared_errors(fitted);
       shared.covariance[static_cast<std::size_t>(Part::noise)] =
@@ -188,12 +200,14 @@ class Mapper {
   const Description& d_;
   WavelengthMap map_;
   std::vector<Ratio> ratios_;
+  std::optional<calib::Relief> relief_;
   PerFrequency frequency_;
   std::optional<Calibration> calibration_;
 };
 
 void add_warnings(const WavelengthMap& map, std::vector<std::string>& warnings) {
   const std::string at = shown_number(map.wavelength_nm) + " nm, ";
+  const bool measured_height = !map.height_mm.empty();
   for (const LightCheck& check : map.checks) {
     const std::string where = at + shown_number(check.per_mm) + " /mm: ";
     if (check.found_per_mm &&
@@ -212,6 +226,11 @@ void add_warnings(const WavelengthMap& map, std::vector<std::string>& warnings) 
                          shown_number(100.0 * check.stripes, "%.2g") +
                          " % of the amplitude; the light changes between phases, or a phase is "
                          "wrong.");
+    }
+    if (!measured_height && check.shift_mm.value_or(0.0) > reported_shift_mm) {
+      warnings.push_back(where + "fringes lie " + shown_number(*check.shift_mm, "%.2g") +
+                         " mm from the phantom's; the sample is higher or lower, which changes "
+                         "its light: state projector, or place both alike.");
     }
     if (check.per_mm > 0.5) {
       warnings.push_back(where +
@@ -254,6 +273,7 @@ Maps measure_maps(const Description& description, Progress& progress) {
     maps.wavelengths.push_back(Mapper(description, wavelength).map());
     add_warnings(maps.wavelengths.back(), maps.warnings);
   }
+  add_spectra(description, maps);
   return maps;
 }
 

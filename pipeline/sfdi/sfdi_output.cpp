@@ -8,6 +8,7 @@
 #include "core/shown_text.h"
 #include "io/image/exr.h"
 #include "io/npy.h"
+#include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -53,12 +54,14 @@ Json wavelength_json(const WavelengthMap& map) {
     const auto& parts = map.parts[static_cast<std::size_t>(part)];
     json["relative_deviation"][name] = {{"mua", parts[0]}, {"musp", parts[1]}};
   }
+  if (!map.height_mm.empty()) json["height_mm"] = quantiles(map.height_mm);
   for (const LightCheck& check : map.checks) {
     Json one{{"per_mm", check.per_mm}};
     if (check.found_per_mm) one["found_per_mm"] = *check.found_per_mm;
     one["second_harmonic"] = check.second_harmonic;
     one["stripes"] = check.stripes;
     one["saturated"] = check.saturated;
+    if (check.shift_mm) one["shift_mm"] = *check.shift_mm;
     json["pictures"].push_back(one);
   }
   if (map.region) {
@@ -76,14 +79,20 @@ Json wavelength_json(const WavelengthMap& map) {
 
 }  // namespace
 
-std::vector<std::string> map_files() {
+std::vector<std::string> map_files(const Description& description) {
   std::vector<std::string> files{"maps.exr", "verdict.npy", "summary.json"};
   for (const auto& [name, member] : members()) files.push_back(name + ".npy");
+  if (description.projector) files.push_back("height.npy");
+  for (const std::string& name : spectral_names(description)) {
+    files.push_back(name + ".npy");
+    files.push_back(name + "_deviation.npy");
+  }
   return files;
 }
 
 void write_maps(const Maps& maps, const std::filesystem::path& folder) {
-  const Image<float>& first = maps.wavelengths.front().mua;
+  const WavelengthMap& first_map = maps.wavelengths.front();
+  const Image<float>& first = first_map.mua;
   const std::vector<std::size_t> shape{maps.wavelengths.size(),
                                        static_cast<std::size_t>(first.height()),
                                        static_cast<std::size_t>(first.width())};
@@ -106,6 +115,23 @@ void write_maps(const Maps& maps, const std::filesystem::path& folder) {
     exr.channels["nm" + shown_number(map.wavelength_nm) + ".verdict"].assign(values.begin(),
                                                                              values.end());
   }
+  if (!first_map.height_mm.empty()) {
+    std::vector<float> all;
+    for (const WavelengthMap& map : maps.wavelengths) {
+      const std::vector<float>& values = map.height_mm.values();
+      all.insert(all.end(), values.begin(), values.end());
+      exr.channels["nm" + shown_number(map.wavelength_nm) + ".height"] = values;
+    }
+    io::write_npy(folder / "height.npy", shape, std::span<const float>(all));
+  }
+  for (const SpectralMap& map : maps.spectral) {
+    for (const auto& [name, image] :
+         {std::pair{map.name, &map.value}, std::pair{map.name + "_deviation", &map.deviation}}) {
+      exr.channels["spectral." + name] = image->values();
+      io::write_npy(folder / (name + ".npy"), {shape[1], shape[2]},
+                    std::span<const float>(image->values()));
+    }
+  }
   io::write_npy(folder / "verdict.npy", shape, std::span<const std::uint8_t>(verdicts));
   io::write_exr(folder / "maps.exr", exr);
 }
@@ -121,6 +147,12 @@ Json summary_of(const Maps& maps, const Description& description, double seconds
   for (const WavelengthMap& map : maps.wavelengths) {
     json["wavelengths"].push_back(wavelength_json(map));
   }
+  for (const SpectralMap& map : maps.spectral) {
+    json["spectral"][map.name] = {{"unit", map.unit},
+                                  {"value", quantiles(map.value)},
+                                  {"deviation", quantiles(map.deviation)}};
+  }
+  if (maps.chi_square) json["chi_square_per_degree_of_freedom"] = *maps.chi_square;
   json["warnings"] = maps.warnings;
   json["seconds"] = seconds;
   return json;

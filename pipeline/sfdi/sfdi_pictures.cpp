@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/shown_text.h"
 #include "io/image/image_file.h"
+#include "io/mat_file.h"
 #include "io/npy.h"
 
 namespace kappamu::pipeline::sfdi {
@@ -15,8 +16,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// PNG, TIFF, JPEG as codes, EXR and Radiance as floats, NPY [y][x].
+/// "raw.mat", "raw.mat:frames" or "raw.mat:frames:2": a page of a variable.
+Image<float> read_mat(const std::string& name) {
+  const std::size_t end = name.find(".mat") + 4;
+  const std::string rest = name.substr(std::min(end + 1, name.size()));
+  const std::size_t colon = rest.find(':');
+  const std::string number = colon == std::string::npos ? "0" : rest.substr(colon + 1);
+  if (number.empty() || number.size() > 6 ||
+      number.find_first_not_of("0123456789") != std::string::npos) {
+    throw InputError(name + ": a page is named as FILE.mat:VARIABLE:NUMBER, from 0");
+  }
+  return io::read_mat_picture(name.substr(0, end), rest.substr(0, colon), std::stoul(number));
+}
+
+/// PNG, TIFF, JPEG as codes, EXR and Radiance as floats, NPY [y][x], MATLAB [row][column].
 Image<float> read_picture(const fs::path& file) {
+  const std::string name = file.string();
+  if (name.ends_with(".mat") || name.find(".mat:") != std::string::npos) return read_mat(name);
   if (file.extension() == ".npy") {
     const io::NpyArray array = io::read_npy(file);
     if (array.shape.size() != 2) {

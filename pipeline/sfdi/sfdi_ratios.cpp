@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "core/error.h"
@@ -13,6 +14,10 @@ namespace kappamu::pipeline::sfdi {
 namespace {
 
 using calib::Demodulated;
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+// Standard deviation of the Gaussian over heights whose slopes tilt the surface.
+constexpr double relief_smoothing_mm = 1.0;
 
 /// Mean of light over a box; throws InputError where nothing in it is valid.
 double box_mean(const Image<float>& light, const Image<std::uint8_t>& mask,
@@ -46,32 +51,86 @@ class Wavelength {
     }
   }
 
-  std::vector<Ratio> ratios() {
+  Ratios ratios() {
     std::optional<Demodulated> sample, phantom;  // under even light
     if (!even_.empty()) {
       sample = read(*even_.front(), true, nullptr);
       if (!even_.front()->reference.empty()) phantom = read(*even_.front(), false, nullptr);
     }
+    // The lowest frequency first: its fringes tell heights apart over the longest range.
+    std::stable_sort(sinusoids_.begin(), sinusoids_.end(),
+                     [](const Pictures* a, const Pictures* b) { return a->per_mm < b->per_mm; });
     for (const Pictures* p : sinusoids_) {
       const Demodulated one = read(*p, true, sample ? &*sample : nullptr);
+      const std::size_t check = checks_.size() - 1;
       std::optional<Demodulated> reference;
       if (d_.reference) reference = read(*p, false, phantom ? &*phantom : nullptr);
-      if (result_.empty()) {
+      if (reference && p->sample.size() > 1 && p->reference.size() > 1) {
+        compare_phases(*p, one, *reference, checks_[check]);
+      }
+      if (result_.by_frequency.empty()) {
         // The phantom's mean under a sinusoid stands for even light that was not taken.
         add(0.0, sample ? *sample : one, phantom ? phantom : reference, &Demodulated::mean,
             &Demodulated::mean_deviation);
       }
       add(p->per_mm, one, reference, &Demodulated::amplitude, &Demodulated::amplitude_deviation);
     }
+    if (d_.projector && !result_.relief) {
+      throw InputError((d_.folder / file_name).string() + ": projector: no sinusoid at " +
+                       shown_number(sinusoids_.front()->wavelength_nm) +
+                       " nm has three or more phases of sample and phantom, which show height");
+    }
+    if (result_.relief) correct();
     return std::move(result_);
   }
 
  private:
+  /// Notes how far the fringes lie from the phantom's, and takes the first ones' relief.
+  void compare_phases(const Pictures& p, const Demodulated& s, const Demodulated& phantom,
+                      LightCheck& check) {
+    if (!s.phase.same_shape(phantom.phase)) return;  // divide() names the files
+    Image<std::uint8_t> mask = s.mask;
+    std::vector<double> shifts;
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      mask.values()[i] = mask.values()[i] & phantom.mask.values()[i];
+      if (mask.values()[i] == 0) continue;
+      const double turned = double{s.phase.values()[i]} - phantom.phase.values()[i];
+      shifts.push_back(std::abs(std::remainder(turned, two_pi)) / (two_pi * p.per_mm));
+    }
+    if (shifts.empty()) return;
+    const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
+    std::nth_element(shifts.begin(), middle, shifts.end());
+    check.shift_mm = *middle;
+    if (!d_.projector || result_.relief) return;
+    const double direction = p.direction_degrees.value_or(0.0) * std::numbers::pi / 180.0;
+    result_.relief = calib::measure_relief(
+        s.phase, phantom.phase, mask,
+        {d_.projector->degrees, d_.projector->distance_mm, p.per_mm, direction}, d_.pixel_mm,
+        relief_smoothing_mm / d_.pixel_mm);
+  }
+
+  void correct() {
+    for (Ratio& ratio : result_.by_frequency) {
+      for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+        const float irradiance = result_.relief->irradiance.values()[i];
+        if (irradiance > 0.0F) {
+          ratio.value.values()[i] /= irradiance;
+        } else {
+          ratio.mask.values()[i] = 0;  // the projector does not see it
+        }
+      }
+    }
+  }
+
   Demodulated read(const Pictures& p, bool sample, const Demodulated* even) {
     DemodulatedSet set = demodulate(d_, p, sample, even);
     if (sample) {
-      checks_.push_back({p.per_mm, set.found_per_mm, set.light.second_harmonic, set.light.stripes,
-                         set.saturated});
+      checks_.push_back({p.per_mm,
+                         set.found_per_mm,
+                         set.light.second_harmonic,
+                         set.light.stripes,
+                         set.saturated,
+                         {}});
     }
     return std::move(set.light);
   }
@@ -84,7 +143,7 @@ class Wavelength {
       ratio.deviation.values()[i] = value > 0.0F ? (s.*noise).values()[i] / value : 0.0F;
     }
     if (phantom) divide(ratio, *phantom, light, noise);
-    result_.push_back(std::move(ratio));
+    result_.by_frequency.push_back(std::move(ratio));
   }
 
   void divide(Ratio& ratio, const Demodulated& phantom, Image<float> Demodulated::*light,
@@ -115,13 +174,13 @@ class Wavelength {
   const Description& d_;
   std::vector<LightCheck>& checks_;
   std::vector<const Pictures*> even_, sinusoids_;
-  std::vector<Ratio> result_;
+  Ratios result_;
 };
 
 }  // namespace
 
-std::vector<Ratio> measure_ratios(const Description& description, double wavelength_nm,
-                                  std::vector<LightCheck>& checks) {
+Ratios measure_ratios(const Description& description, double wavelength_nm,
+                      std::vector<LightCheck>& checks) {
   return Wavelength(description, wavelength_nm, checks).ratios();
 }
 

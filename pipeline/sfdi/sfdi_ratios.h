@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "calib/sinusoid/relief.h"
 #include "core/image.h"
 #include "pipeline/records/sfdi_maps.h"
 #include "pipeline/sfdi/sfdi_file.h"
@@ -18,9 +20,15 @@ struct Ratio {
   double shared_pixels = 1.0;
 };
 
+struct Ratios {
+  std::vector<Ratio> by_frequency;
+  std::optional<calib::Relief> relief;  ///< where the description states the projector's place
+};
+
 /// Of one wavelength, even light first: from a picture of it, or as the mean of the first sinusoid.
-/// Adds what was found in the sample's pictures to `checks`.
-std::vector<Ratio> measure_ratios(const Description& description, double wavelength_nm,
-                                  std::vector<LightCheck>& checks);
+/// Values are divided by the relief's irradiance. Adds what was found in the sample's pictures to
+/// `checks`.
+Ratios measure_ratios(const Description& description, double wavelength_nm,
+                      std::vector<LightCheck>& checks);
 
 }  // namespace kappamu::pipeline::sfdi

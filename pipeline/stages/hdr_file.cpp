@@ -1,5 +1,7 @@
 #include "pipeline/stages/hdr_file.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "io/image/exr.h"
 #include "io/text_stream.h"
@@ -10,71 +12,80 @@ namespace {
 
 constexpr const char* notes_attribute = "notes";
 
-template <class T>
-std::vector<float> plane(const Image<T>& image, std::size_t channel) {
-  const auto channels = static_cast<std::size_t>(image.channels());
-  std::vector<float> result(image.size() / channels);
-  for (std::size_t i = 0; i < result.size(); ++i)
-    result[i] = static_cast<float>(image.values()[i * channels + channel]);
-  return result;
-}
-
-template <class T>
-void set_plane(Image<T>& image, std::size_t channel, const std::vector<float>& values) {
-  const auto channels = static_cast<std::size_t>(image.channels());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    image.values()[i * channels + channel] = static_cast<T>(values[i]);
+/// Where the file's channels are, three a channel of the image: radiance, variance, flags.
+std::vector<std::string> file_channels(const std::vector<std::string>& channels) {
+  std::vector<std::string> names;
+  for (const std::string& channel : channels) {
+    names.insert(names.end(), {channel, "variance." + channel, "flags." + channel});
+  }
+  return names;
 }
 
 }  // namespace
 
 void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image,
-               const std::vector<std::string>& channels, const std::vector<std::string>& notes) {
-  io::ExrImage exr;
-  exr.width = image.radiance.width();
-  exr.height = image.radiance.height();
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    exr.channels[channels[c]] = plane(image.radiance, c);
-    exr.channels["variance." + channels[c]] = plane(image.variance, c);
-    exr.channels["flags." + channels[c]] = plane(image.flags, c);
-  }
-  exr.attributes["units"] = "radiance: full scales per second; variance: its square";
-  exr.attributes["flags"] = "1 saturated, 2 dark, 4 missing in every frame";
+               const capture::Session& session, const std::vector<std::string>& notes) {
+  io::ExrHeader header{image.place(),
+                       session.camera.width,
+                       session.camera.height,
+                       file_channels(session.channels),
+                       {}};
+  header.attributes["units"] = "radiance: full scales per second; variance: its square";
+  header.attributes["flags"] = "1 saturated, 2 dark, 4 missing in every frame";
   std::string lines;
   for (const std::string& note : notes) lines.append(note).append("\n");
-  if (!lines.empty()) exr.attributes[notes_attribute] = lines;
-  io::write_exr(file, exr);
-}
-
-std::vector<std::string> read_hdr_notes(const std::filesystem::path& file) {
-  const io::ExrImage exr = io::read_exr(file);
-  const auto found = exr.attributes.find(notes_attribute);
-  std::vector<std::string> notes;
-  if (found == exr.attributes.end()) return notes;
-  std::istringstream lines = io::text_reader(found->second);
-  for (std::string line; std::getline(lines, line);) notes.push_back(line);
-  return notes;
+  if (!lines.empty()) header.attributes[notes_attribute] = lines;
+  const std::size_t row = static_cast<std::size_t>(header.data.width) * session.channels.size();
+  const auto fill = [&](int first, int rows, float* values) {
+    const std::size_t begin = static_cast<std::size_t>(first) * row;
+    const std::size_t end = begin + static_cast<std::size_t>(rows) * row;
+    for (std::size_t i = begin; i < end; ++i) {
+      *values++ = image.radiance.values()[i];
+      *values++ = image.variance.values()[i];
+      *values++ = static_cast<float>(image.flags.values()[i]);
+    }
+  };
+  io::write_exr_rows(file, header, fill, io::ExrPacking::runs);
 }
 
 capture::HdrImage read_hdr(const std::filesystem::path& file,
-                           const std::vector<std::string>& channels) {
-  const io::ExrImage exr = io::read_exr(file);
-  const auto count = static_cast<int>(channels.size());
-  capture::HdrImage image{Image<float>(exr.width, exr.height, count),
-                          Image<float>(exr.width, exr.height, count),
-                          Image<std::uint8_t>(exr.width, exr.height, count)};
-  const auto named = [&](const std::string& name) -> const std::vector<float>& {
-    const auto found = exr.channels.find(name);
-    if (found == exr.channels.end())
-      throw InputError(file.string() + ": channel " + name + " is missing; merge again",
-                       {{"force"}});
-    return found->second;
+                           const std::vector<std::string>& channels,
+                           std::vector<std::string>* notes) {
+  capture::HdrImage image;
+  const auto open = [&](const io::ExrHeader& header) -> io::TakeExrRows {
+    std::vector<std::size_t> place;
+    for (const std::string& name : file_channels(channels)) {
+      const auto found = std::find(header.channels.begin(), header.channels.end(), name);
+      if (found == header.channels.end())
+        throw InputError(file.string() + ": channel " + name + " is missing; merge again",
+                         {{"force"}});
+      place.push_back(static_cast<std::size_t>(found - header.channels.begin()));
+    }
+    const io::ExrHeader& h = header;
+    const auto count = static_cast<int>(channels.size());
+    image = {Image<float>(h.data.width, h.data.height, count),
+             Image<float>(h.data.width, h.data.height, count),
+             Image<std::uint8_t>(h.data.width, h.data.height, count), h.data.left, h.data.top};
+    const auto lines = h.attributes.find(notes_attribute);
+    if (notes != nullptr && lines != h.attributes.end()) {
+      std::istringstream text = io::text_reader(lines->second);
+      for (std::string line; std::getline(text, line);) notes->push_back(line);
+    }
+    return [&image, place, stored = h.channels.size()](int first, int rows, const float* values) {
+      const std::size_t of_pixel = place.size() / 3;
+      const std::size_t row = static_cast<std::size_t>(image.radiance.width()) * of_pixel;
+      std::size_t at = static_cast<std::size_t>(first) * row;
+      const std::size_t end = at + static_cast<std::size_t>(rows) * row;
+      for (; at < end; values += stored) {
+        for (std::size_t c = 0; c < of_pixel; ++c, ++at) {
+          image.radiance.values()[at] = values[place[3 * c]];
+          image.variance.values()[at] = values[place[3 * c + 1]];
+          image.flags.values()[at] = static_cast<std::uint8_t>(values[place[3 * c + 2]]);
+        }
+      }
+    };
   };
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    set_plane(image.radiance, c, named(channels[c]));
-    set_plane(image.variance, c, named("variance." + channels[c]));
-    set_plane(image.flags, c, named("flags." + channels[c]));
-  }
+  io::read_exr_rows(file, open);
   return image;
 }
 

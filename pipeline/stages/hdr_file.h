@@ -7,19 +7,20 @@
 #include <vector>
 
 #include "capture/radiance/hdr.h"
+#include "capture/session/session.h"
 
 namespace kappamu::pipeline {
 
-/// Writes by rename. `channels` names the image's channels in order; `notes` are what merging its
-/// frames had to note, a line each, for who finds the file later.
+/// Writes by rename, with the session's channels; an image that is a part of the camera's picture
+/// lies there as the data window in the display window. `notes` are what merging its frames had to
+/// note, a line each, for who finds the file later.
 void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image,
-               const std::vector<std::string>& channels, const std::vector<std::string>& notes);
+               const capture::Session& session, const std::vector<std::string>& notes);
 
-/// Of write_hdr().
-std::vector<std::string> read_hdr_notes(const std::filesystem::path& file);
-
-/// Throws InputError naming file and channel when something is missing.
+/// What write_hdr() wrote, `notes` with it where they are asked for. Throws InputError naming file
+/// and channel when something is missing.
 capture::HdrImage read_hdr(const std::filesystem::path& file,
-                           const std::vector<std::string>& channels);
+                           const std::vector<std::string>& channels,
+                           std::vector<std::string>* notes = nullptr);
 
 }  // namespace kappamu::pipeline

@@ -14,6 +14,8 @@
 #include "calib/measure.h"
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/merge.h"
+#include "capture/session/frames.h"
+#include "core/numbers/region.h"
 #include "core/shown_text.h"
 #include "io/measurements_file.h"
 #include "pipeline/stages/hdr_file.h"
@@ -26,8 +28,43 @@ namespace fs = std::filesystem;
 using capture::Pattern;
 using capture::PatternRole;
 
-// Each holds a whole stack of frames: more would cost memory rather than gain time.
-constexpr unsigned most_threads = 8;
+constexpr double gigabyte = 1e9;
+/// Of the 3 GB that a merge may take, what stacks in flight share; the rest is for ambient light,
+/// footprints and the program.
+constexpr double most_bytes = 2.0 * gigabyte;
+
+/// Stacks merged at the same time: one a core, as long as they fit in most_bytes. Each holds the
+/// part of all its frames, the merged picture, its file twice (it is read back before it counts),
+/// and one frame as it is read.
+std::size_t pictures_at_once(const capture::Session& session, const Region& part,
+                             Progress& progress) {
+  std::size_t frames = 1;
+  bool floats = false, cropped_late = session.camera.orientation.value_or(1) != 1 ||
+                                      session.camera.encoding == capture::Encoding::response;
+  for (const Pattern& pattern : session.patterns) {
+    frames = std::max(frames, pattern.frames.size());
+    for (const capture::Frame& frame : pattern.frames) {
+      floats = floats || capture::is_float_frame(session, frame);
+      cropped_late = cropped_late || floats || capture::is_raw_frame(session, frame);
+    }
+  }
+  const double channels = static_cast<double>(session.channels.size());
+  const double value = floats ? sizeof(float) : sizeof(std::uint16_t);
+  const double values = channels * part.width * part.height;
+  const double whole = channels * session.camera.width * session.camera.height;
+  const double stored = 2.0 * sizeof(float) + 1.0;  // of a merged value: radiance, variance, flags
+  const double stack = values * (static_cast<double>(frames) * value + 3.0 * stored) +
+                       whole * value * (cropped_late ? 2.0 : 1.0);
+  if (stack > most_bytes) {
+    progress.warn("a stack of " + std::to_string(frames) + " frames of " +
+                  std::to_string(part.width) + " x " + std::to_string(part.height) +
+                  " pixels takes about " + shown_number(stack / gigabyte, "%.1f") +
+                  " GB of memory while it is merged: give it fewer exposures, or calibrate first, "
+                  "so that the sample's surroundings alone are merged.");
+  }
+  return static_cast<std::size_t>(
+      std::clamp(most_bytes / stack, 1.0, 1.0 * std::max(1U, std::thread::hardware_concurrency())));
+}
 
 fs::path hdr_file(const fs::path& output, const std::string& pattern) {
   return output / "hdr" / (pattern + ".exr");
@@ -46,8 +83,9 @@ class MergedPatterns {
         output_(std::move(output)),
         order_(std::move(order)),
         merged_(order_.size()),
+        part_(options_.part.value_or(Region{0, 0, session.camera.width, session.camera.height})),
         progress_(progress),
-        ahead_(std::clamp(std::thread::hardware_concurrency(), 1U, most_threads)) {
+        ahead_(pictures_at_once(session, part_, progress)) {
     for (std::size_t i = 0; i < ahead_; ++i) workers_.emplace_back([this] { work(); });
   }
   MergedPatterns(const MergedPatterns&) = delete;
@@ -110,13 +148,13 @@ class MergedPatterns {
     Merged merged;
     try {
       const fs::path file = hdr_file(output_, pattern.id);
-      if (fs::exists(file)) {  // of an attempt that was interrupted
-        merged.notes = read_hdr_notes(file);
-        merged.picture = read_hdr(file, session_.channels);
-      } else {
+      const bool exists = fs::exists(file);  // of an attempt that was interrupted
+      if (exists) merged.picture = read_hdr(file, session_.channels, &merged.notes);
+      if (!exists || merged.picture.place() != part_) {
+        merged.notes.clear();
         merged.picture = capture::merge_stack(session_, pattern.frames, "pattern " + pattern.id,
                                               radiometry_, options_, &merged.notes);
-        write_hdr(file, merged.picture, session_.channels, merged.notes);
+        write_hdr(file, merged.picture, session_, merged.notes);
       }
     } catch (...) {
       merged.failure = std::current_exception();
@@ -130,6 +168,7 @@ class MergedPatterns {
   fs::path output_;
   std::vector<const Pattern*> order_;
   std::vector<std::optional<Merged>> merged_;
+  Region part_;
   Progress& progress_;
   std::size_t ahead_;
   std::size_t next_ = 0, taken_ = 0;
@@ -190,11 +229,14 @@ std::optional<calib::SharedError> measure_patterns(
 }  // namespace
 
 std::optional<calib::SharedError> run_merge_stage(const capture::Session& session,
-                                                  const capture::MergeOptions& hdr,
+                                                  capture::MergeOptions hdr,
                                                   const std::optional<fs::path>& calibrated,
                                                   const fs::path& output, Progress& progress) {
   std::optional<calib::CalibrationResult> calibration;
-  if (calibrated) calibration = calib::load_calibration(*calibrated);
+  if (calibrated) {
+    calibration = calib::load_calibration(*calibrated);
+    hdr.part = calib::measured_part(session, *calibration);
+  }
   const capture::Radiometry radiometry =
       calibration ? calibration->radiometry : capture::find_radiometry(session, progress);
   MergedPatterns merged(session, radiometry, hdr, output, in_order(session), progress);

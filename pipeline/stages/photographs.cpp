@@ -42,7 +42,7 @@ BracketSummary merge_photographs(const capture::PhotographSource& source,
   const capture::HdrImage image = capture::merge_stack(session, session.patterns.front().frames,
                                                        "bracket", radiometry, hdr, &notes);
   for (const std::string& note : notes) progress.warn(note);
-  write_hdr(output / "radiance.exr", image, session.channels, notes);
+  write_hdr(output / "radiance.exr", image, session, notes);
   calib::save_response(output, radiometry);
   progress.update("merge", 1.0, "done");
   return summary_of(session, image);

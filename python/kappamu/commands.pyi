@@ -215,10 +215,12 @@ def map(
     progress: _Progress = ...,
 ) -> Answer: ...
 def edit(
-    volume: _Word,
+    source: _Word,
     recipe: _Word,
     out: _Word,
     *,
+    object: _Word | None = ...,
+    voxel: float | None = ...,
     max_voxels: int | None = ...,
     device: _Word | None = ...,
     seed: int | None = ...,

@@ -2,13 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
+#include "core/optics.h"
+#include "io/volume/volume_file.h"
 #include "render/edit/selection.h"
+#include "render/material/published_materials.h"
 
 namespace kappamu::render {
 
 namespace {
+
+/// Relative refractive index of a volume that states none.
+constexpr double usual_eta = 1.3;
 
 VoxelValue value_of(const io::VolumeSet& set, std::size_t channel, std::size_t voxel) {
   return {set.media[channel].kappa[voxel], set.media[channel].mu[voxel],
@@ -52,28 +59,68 @@ Quantity operated(const Edit& edit, double a, const Quantity& v) {
     case Operation::blend:
       return {(1.0 - edit.share) * v.value + edit.share * a, (1.0 - edit.share) * v.deviation};
     case Operation::copy:
+    case Operation::surface:
       break;
   }
   return v;
 }
 
+/// The amounts of an edit, by the place of the channel in channels_of().
+double one_of(const Amount& amount, std::size_t place) {
+  return amount.size() == 1 ? amount[0] : amount[place];
+}
+
+void expect_one_each(const Edit& edit, std::size_t channels) {
+  for (const Amount* amount : {&edit.kappa, &edit.mu, &edit.albedo, &edit.mean_free_path_mm}) {
+    if (amount->size() <= 1 || amount->size() == channels) continue;
+    throw InputError("an edit states " + std::to_string(amount->size()) + " numbers for " +
+                     std::to_string(channels) + " channels; write one for all or one for each");
+  }
+}
+
+/// `edit` with κ and μ of the material that it names, of channels that are named R, G, B.
+Edit resolved(Edit edit, const std::vector<std::string>& channels) {
+  if (edit.published.empty()) return edit;
+  const HomogeneousMaterial material = published_material(edit.published);
+  for (const std::string& channel : channels) {
+    const std::size_t place = std::string("RGB").find(channel);
+    if (channel.size() != 1 || place == std::string::npos) {
+      throw InputError("an edit names the material " + edit.published +
+                       ", whose channels are R, G and B; the volume has a channel " + channel);
+    }
+    edit.kappa.push_back(material.kappa_mm[static_cast<Eigen::Index>(place)]);
+    edit.mu.push_back(material.mu_per_mm[static_cast<Eigen::Index>(place)]);
+  }
+  return edit;
+}
+
 class Editing {
  public:
-  Editing(const Edit& edit, const io::VolumeSet& set) : edit_(edit), set_(set) {
-    for (int axis = 0; axis < 3; ++axis) {
-      shift_[static_cast<std::size_t>(axis)] =
-          std::lround(edit.offset_mm[axis] / set.shape().voxel_mm);
+  Editing(const Edit& edit, const io::VolumeSet& set, const EditedBody* body)
+      : edit_(edit), set_(set), body_(body) {
+    if (edit.of_object() && body == nullptr) select(edit.where, set.shape());  // says why not
+    for (const std::size_t c : channels_of(edit_, set_)) {
+      places_.push_back(c);
+      names_.push_back(set.channels[c]);
     }
+    edit_ = resolved(edit_, names_);
+    expect_one_each(edit_, places_.size());
+    if (!edit.albedo.empty() || !edit.mean_free_path_mm.empty()) {
+      robin_A_ = boundary_constants(set.eta.value_or(usual_eta)).A;
+    }
+    if (edit.operation == Operation::copy) prepare_copy();
   }
 
   VoxelDifference difference() {
     VoxelDifference result;
     result.channels.resize(set_.channels.size());
-    const std::vector<SelectedVoxel> selected = select(edit_.where, set_.shape());
-    for (const std::size_t c : channels_of(edit_, set_)) {
+    if (edit_.operation == Operation::surface) return result;
+    const std::vector<SelectedVoxel> selected = select(edit_.where, set_.shape(), body_);
+    for (std::size_t place = 0; place < places_.size(); ++place) {
+      const std::size_t c = places_[place];
       for (const SelectedVoxel& voxel : selected) {
         const VoxelValue before = value_of(set_, c, voxel.voxel);
-        const VoxelValue after = changed(c, voxel, before);
+        const VoxelValue after = changed(place, voxel, before);
         if (after.kappa == before.kappa && after.mu == before.mu) continue;
         result.channels[c].push_back({voxel.voxel, before, after});
       }
@@ -83,23 +130,66 @@ class Editing {
   }
 
  private:
-  VoxelValue changed(std::size_t channel, const SelectedVoxel& at, const VoxelValue& before) {
+  void prepare_copy() {
+    if (!edit_.volume.empty()) other_ = io::read_volume(io::find_volume(edit_.volume));
+    for (const std::string& name : names_) {
+      const io::VolumeSet& from = other_ ? *other_ : set_;
+      const auto found = std::find(from.channels.begin(), from.channels.end(), name);
+      if (found == from.channels.end()) {
+        throw InputError(edit_.volume.string() + ": has no channel " + name +
+                         ", which an edit copies from it");
+      }
+      from_.push_back(static_cast<std::size_t>(found - from.channels.begin()));
+    }
+  }
+
+  VoxelValue changed(std::size_t place, const SelectedVoxel& at, const VoxelValue& before) {
+    if (!edit_.albedo.empty() || !edit_.mean_free_path_mm.empty()) {
+      return changed_terms(place, at.weight, before);
+    }
     const Quantity kappa{before.kappa, before.kappa_std}, mu{before.mu, before.mu_std};
     Quantity new_kappa = kappa, new_mu = mu;
     if (edit_.operation == Operation::copy) {
       const std::optional<std::size_t> from = source(at.voxel);
       if (!from) return before;
-      const VoxelValue other = value_of(set_, channel, *from);
+      const VoxelValue other = value_of(other_ ? *other_ : set_, from_[place], *from);
       new_kappa = {other.kappa, other.kappa_std};
       new_mu = {other.mu, other.mu_std};
     } else {
-      if (edit_.kappa) new_kappa = operated(edit_, *edit_.kappa, kappa);
-      if (edit_.mu) new_mu = operated(edit_, *edit_.mu, mu);
+      if (!edit_.kappa.empty()) new_kappa = operated(edit_, one_of(edit_.kappa, place), kappa);
+      if (!edit_.mu.empty()) new_mu = operated(edit_, one_of(edit_.mu, place), mu);
     }
     new_kappa = mixed(kappa, new_kappa, at.weight);
     new_mu = mixed(mu, new_mu, at.weight);
-    return {held(new_kappa.value, smallest_kappa_mm, largest_kappa_mm),
-            held(new_mu.value, 0.0, largest_mu_per_mm), new_kappa.deviation, new_mu.deviation};
+    return held(new_kappa, new_mu);
+  }
+
+  /// In an artist's terms; each term's deviation is its ratio to the value.
+  VoxelValue changed_terms(std::size_t place, double weight, const VoxelValue& before) {
+    const ArtistTerms terms = artist_terms(before.kappa, before.mu, robin_A_);
+    const auto ratio = [](double deviation, double value) {
+      return value > 0.0 ? deviation / value : 0.0;
+    };
+    Quantity albedo{terms.albedo, ratio(before.mu_std, before.mu)};
+    Quantity path{terms.mean_free_path_mm, ratio(before.kappa_std, before.kappa)};
+    const auto operate = [&](const Amount& amount, Quantity& v) {
+      if (amount.empty()) return;
+      Quantity after = operated(edit_, one_of(amount, place), v);
+      if (edit_.operation == Operation::multiply) after.deviation = v.deviation;
+      v = mixed(v, after, weight);
+    };
+    operate(edit_.albedo, albedo);
+    operate(edit_.mean_free_path_mm, path);
+    const auto bounded = [&](double value, double smallest, double largest) {
+      if (value < smallest || value > largest) ++held_;
+      return std::clamp(value, smallest, largest);
+    };
+    const DiffusionTerms after =
+        diffusion_terms({bounded(albedo.value, smallest_albedo, 1.0),
+                         bounded(path.value, 3.0 * smallest_kappa_mm, 3.0 * largest_kappa_mm)},
+                        robin_A_);
+    return held({after.kappa_mm, path.deviation * after.kappa_mm},
+                {after.mu_per_mm, albedo.deviation * after.mu_per_mm});
   }
 
   static Quantity mixed(const Quantity& before, const Quantity& after, double weight) {
@@ -107,25 +197,46 @@ class Editing {
             (1.0 - weight) * before.deviation + weight * after.deviation};
   }
 
-  double held(double value, double smallest, double largest) {
-    if (value < smallest || value > largest) ++held_;
-    return std::clamp(value, smallest, largest);
+  VoxelValue held(const Quantity& kappa, const Quantity& mu) {
+    const auto within = [&](double value, double smallest, double largest) {
+      if (value < smallest || value > largest) ++held_;
+      return std::clamp(value, smallest, largest);
+    };
+    return {within(kappa.value, smallest_kappa_mm, largest_kappa_mm),
+            within(mu.value, 0.0, largest_mu_per_mm), kappa.deviation, mu.deviation};
   }
 
-  /// Where a voxel's copy comes from; nothing beyond the volume.
+  /// Where a voxel's copy comes from, to the nearest voxel; nothing beyond the volume.
   std::optional<std::size_t> source(std::size_t voxel) const {
     const GridShape& s = set_.shape();
     const auto nx = static_cast<std::size_t>(s.nx), ny = static_cast<std::size_t>(s.ny);
-    const long x = static_cast<long>(voxel % nx) + shift_[0];
-    const long y = static_cast<long>(voxel / nx % ny) + shift_[1];
-    const long z = static_cast<long>(voxel / (nx * ny)) + shift_[2];
-    if (x < 0 || y < 0 || z < 0 || x >= s.nx || y >= s.ny || z >= s.nz) return std::nullopt;
-    return s.index(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z));
+    const Eigen::Vector3d centre =
+        s.voxel_mm * Eigen::Vector3d(static_cast<double>(voxel % nx) + 0.5,
+                                     static_cast<double>(voxel / nx % ny) + 0.5,
+                                     static_cast<double>(voxel / (nx * ny)) + 0.5);
+    std::optional<Eigen::Vector3d> from = centre + edit_.offset_mm;
+    if (edit_.of_object()) {
+      const Eigen::Vector3d in_object = body_->object_from_volume() * centre + edit_.offset_mm;
+      from = other_ ? in_object : body_->in_volume(in_object);
+    }
+    if (!from) return std::nullopt;
+    const GridShape& of = other_ ? other_->shape() : s;
+    // Offsets of whole voxels may end a rounding short of one.
+    const Eigen::Array3d at = (from->array() / of.voxel_mm + 1e-9).floor();
+    if ((at < 0.0).any() || at.x() >= of.nx || at.y() >= of.ny || at.z() >= of.nz) {
+      return std::nullopt;
+    }
+    return of.index(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z()));
   }
 
-  const Edit& edit_;
+  Edit edit_;
   const io::VolumeSet& set_;
-  std::array<long, 3> shift_{};  ///< [voxels]
+  const EditedBody* body_;
+  std::vector<std::size_t> places_;  ///< of the edit's channels, in the set
+  std::vector<std::string> names_;   ///< of the edit's channels
+  double robin_A_ = 1.0;
+  std::optional<io::VolumeSet> other_;  ///< that is copied from
+  std::vector<std::size_t> from_;       ///< of the edit's channels, in that
   std::size_t held_ = 0;
 };
 
@@ -140,13 +251,15 @@ std::size_t VoxelDifference::voxels() const {
   return static_cast<std::size_t>(std::unique(all.begin(), all.end()) - all.begin());
 }
 
-VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set) {
-  return Editing(edit, set).difference();
+VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set, const EditedBody* body) {
+  return Editing(edit, set, body).difference();
 }
 
-std::size_t EditHistory::put(const Step& step, VoxelValue VoxelDifference::Change::*side) {
-  for (std::size_t c = 0; c < step.difference.channels.size(); ++c) {
-    for (const VoxelDifference::Change& change : step.difference.channels[c]) {
+std::size_t EditHistory::put(const VoxelDifference& difference,
+                             VoxelValue VoxelDifference::Change::*side) {
+  ++revision_;
+  for (std::size_t c = 0; c < difference.channels.size(); ++c) {
+    for (const VoxelDifference::Change& change : difference.channels[c]) {
       const VoxelValue& value = change.*side;
       volume_.media[c].kappa[change.voxel] = value.kappa;
       volume_.media[c].mu[change.voxel] = value.mu;
@@ -154,58 +267,152 @@ std::size_t EditHistory::put(const Step& step, VoxelValue VoxelDifference::Chang
       if (!volume_.mu_std.empty()) volume_.mu_std[c][change.voxel] = value.mu_std;
     }
   }
-  return step.difference.voxels();
+  return difference.voxels();
+}
+
+std::size_t EditHistory::apply(const std::shared_ptr<const Edit>& edit, std::vector<Step>& to) {
+  Step step{edit, {}, volume_.eta};
+  std::size_t changed = 0;
+  if (!edit->off) {
+    refine_for(*edit);
+    step.difference = difference_of(*edit, volume_, body_);
+    changed = put(step.difference, &VoxelDifference::Change::after);
+    if (edit->eta) volume_.eta = edit->eta;  // put() counts this as well
+  }
+  to.push_back(std::move(step));
+  return changed;
+}
+
+std::size_t EditHistory::take_back(std::vector<Step>& from) {
+  const Step step = std::move(from.back());
+  from.pop_back();
+  volume_.eta = step.eta_before;
+  return put(step.difference, &VoxelDifference::Change::before);
+}
+
+void EditHistory::refine_for(const Edit& edit) {
+  if (!refined_ || edit.uniform()) return;
+  Refined refined = refined_();
+  refined_ = nullptr;
+  const std::vector<Step> done = std::exchange(steps_, {});
+  const std::optional<double> eta = volume_.eta;
+  volume_ = std::move(refined.volume);
+  body_ = refined.body;
+  for (const Step& step : done) apply(step.edit, steps_);
+  volume_.eta = eta;
+}
+
+std::size_t EditHistory::follow(const EditList& list) {
+  std::size_t same = 0, changed = 0;
+  while (same < list.size() && same < steps_.size() && list[same] == steps_[same].edit) ++same;
+  while (steps_.size() > same) changed += take_back(steps_);
+  for (std::size_t i = same; i < list.size(); ++i) changed += apply(list[i], steps_);
+  return changed;
 }
 
 std::size_t EditHistory::try_edit(const std::optional<Edit>& edit) {
   std::size_t changed = 0;
-  if (trial_) changed = put(*trial_, &VoxelDifference::Change::before);
-  trial_.reset();
-  if (edit) {
-    trial_ = Step{*edit, difference_of(*edit, volume_)};
-    changed = std::max(changed, put(*trial_, &VoxelDifference::Change::after));
-  }
+  if (!trial_.empty()) changed = take_back(trial_);
+  if (edit) changed = std::max(changed, apply(std::make_shared<const Edit>(*edit), trial_));
   return changed;
 }
 
 void EditHistory::commit() {
-  if (!trial_) return;
-  steps_.resize(done_);
-  steps_.push_back(std::move(*trial_));
-  trial_.reset();
-  ++done_;
+  if (trial_.empty()) return;
+  EditList list = this->list();
+  list.push_back(trial_.back().edit);
+  steps_.push_back(std::move(trial_.back()));
+  trial_.clear();
+  states_.resize(++at_);
+  states_.push_back(std::move(list));
+}
+
+std::size_t EditHistory::go_to(const EditList& list) {
+  const EditList before = this->list();
+  try {
+    return follow(list);
+  } catch (...) {
+    follow(before);
+    throw;
+  }
+}
+
+std::size_t EditHistory::set_list(EditList list) {
+  const std::size_t changed = try_edit(std::nullopt) + go_to(list);
+  states_.resize(++at_);
+  states_.push_back(std::move(list));
+  return changed;
+}
+
+std::size_t EditHistory::switch_off(std::size_t place, bool off) {
+  EditList list = this->list();
+  Edit edit = *list.at(place);
+  edit.off = off;
+  list[place] = std::make_shared<const Edit>(std::move(edit));
+  return set_list(std::move(list));
+}
+
+std::size_t EditHistory::move(std::size_t place, std::size_t to) {
+  EditList list = this->list();
+  const std::shared_ptr<const Edit> edit = list.at(place);
+  list.erase(list.begin() + static_cast<std::ptrdiff_t>(place));
+  list.insert(list.begin() + static_cast<std::ptrdiff_t>(std::min(to, list.size())), edit);
+  return set_list(std::move(list));
+}
+
+std::size_t EditHistory::remove(std::size_t place) {
+  EditList list = this->list();
+  list.erase(list.begin() + static_cast<std::ptrdiff_t>(place));
+  return set_list(std::move(list));
 }
 
 std::size_t EditHistory::undo() {
   std::size_t changed = try_edit(std::nullopt);
-  if (done_ > 0) changed += put(steps_[--done_], &VoxelDifference::Change::before);
+  if (!can_undo()) return changed;
+  changed += go_to(states_[at_ - 1]);
+  --at_;
   return changed;
 }
 
 std::size_t EditHistory::redo() {
   std::size_t changed = try_edit(std::nullopt);
-  if (done_ < steps_.size()) changed += put(steps_[done_++], &VoxelDifference::Change::after);
+  if (!can_redo()) return changed;
+  changed += go_to(states_[at_ + 1]);
+  ++at_;
   return changed;
 }
 
 std::size_t EditHistory::held() const {
-  if (trial_) return trial_->difference.held;
-  return done_ > 0 ? steps_[done_ - 1].difference.held : 0;
+  if (!trial_.empty()) return trial_.back().difference.held;
+  return steps_.empty() ? 0 : steps_.back().difference.held;
+}
+
+std::optional<double> EditHistory::surface(std::optional<double> Edit::*field) const {
+  std::optional<double> value;
+  for (const std::vector<Step>* steps : {&steps_, &trial_}) {
+    for (const Step& step : *steps) {
+      if (!step.edit->off && (*step.edit).*field) value = (*step.edit).*field;
+    }
+  }
+  return value;
 }
 
 Recipe EditHistory::recipe() const {
   Recipe recipe;
-  for (std::size_t i = 0; i < done_; ++i) recipe.edits.push_back(steps_[i].edit);
+  for (const auto& edit : list()) recipe.edits.push_back(*edit);
   return recipe;
 }
 
-io::VolumeSet edited(io::VolumeSet set, const Recipe& recipe, const std::string& origin,
-                     std::vector<std::string>& warnings) {
-  EditHistory history(std::move(set));
-  for (std::size_t i = 0; i < recipe.edits.size(); ++i) {
-    const std::string name = "edit " + std::to_string(i + 1);
+void apply(const Recipe& recipe, const std::string& origin, EditHistory& history,
+           std::vector<std::string>& warnings) {
+  EditList list = history.list();
+  std::size_t number = 0;
+  for (const Edit& edit : recipe.edits) {
+    const std::string name = "edit " + std::to_string(++number);
+    list.push_back(std::make_shared<const Edit>(edit));
     try {
-      if (history.try_edit(recipe.edits[i]) == 0) {
+      const std::size_t changed = history.set_list(list);
+      if (changed == 0 && !edit.off && edit.operation != Operation::surface) {
         warnings.push_back(name + " changes no voxel");
       }
     } catch (const InputError& error) {
@@ -217,11 +424,7 @@ io::VolumeSet edited(io::VolumeSet set, const Recipe& recipe, const std::string&
                          "0 to 10000 1/mm): " +
                          std::to_string(history.held()));
     }
-    history.commit();
   }
-  io::VolumeSet result = history.volume();
-  result.metadata["edits"] = std::to_string(recipe.edits.size());
-  return result;
 }
 
 }  // namespace kappamu::render

@@ -1,15 +1,18 @@
-// A volume while it is edited: edits done, undone and done again as differences of voxels, and one
-// edit on trial, a preview. The same edits on the same volume give equal bits, interactively, by a
-// recipe and after any number of undone ones.
+// A volume while it is edited: a list of edits, its former states and those taken back, and one
+// edit on trial, a preview. Edits are kept as differences of voxels. The same list on the same
+// volume gives equal bits, interactively, by a recipe and after any number of states taken back.
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "io/volume/volume_set.h"
 #include "render/edit/edit.h"
+#include "render/edit/edited_body.h"
 
 namespace kappamu::render {
 
@@ -30,54 +33,96 @@ struct VoxelDifference {
   std::size_t voxels() const;  ///< changed in at least one channel
 };
 
-/// `edit` on `set`, which it leaves as it is. Throws InputError naming a channel that the set lacks
-/// or an image that cannot be read.
+/// `edit` on `set`, which it leaves as it is. Throws InputError naming a channel that the set
+/// lacks, a file that cannot be read, numbers that are not one per channel, and as select().
 ///
 /// Standard deviations follow as of a linear map: a product scales them, a sum leaves them, a
-/// number that was set has zero, a copy brings its own. Resolution and sensitivity stay those of
+/// number that was set has zero, a copy brings its own. Edits of albedo and mean free path keep the
+/// ratio of deviation to value, and a set one has zero. Resolution and sensitivity stay those of
 /// the measurement.
-VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set);
+VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set,
+                              const EditedBody* body = nullptr);
+
+using EditList = std::vector<std::shared_ptr<const Edit>>;
 
 class EditHistory {
  public:
-  explicit EditHistory(io::VolumeSet volume) : volume_(std::move(volume)) {}
+  /// `body` as in select(), or none.
+  explicit EditHistory(io::VolumeSet volume, const EditedBody* body = nullptr)
+      : volume_(std::move(volume)), body_(body) {}
+  /// Of a volume of one voxel, a homogeneous object, which `refined` makes the volume and the body
+  /// of once a part of it is edited.
+  struct Refined {
+    io::VolumeSet volume;
+    const EditedBody* body;
+  };
+  EditHistory(io::VolumeSet voxel, std::function<Refined()> refined)
+      : volume_(std::move(voxel)), refined_(std::move(refined)) {}
 
-  /// With all edits done, and the one on trial.
+  /// With all edits of the list done that are not off, and the one on trial.
   const io::VolumeSet& volume() const { return volume_; }
+  /// Another number whenever the volume may have changed.
+  std::size_t revision() const { return revision_; }
+  /// Whether no part of a homogeneous object was edited.
+  bool homogeneous() const { return refined_ != nullptr; }
+  /// What the edits make of the surface; none: they leave it.
+  std::optional<double> eta() const { return surface(&Edit::eta); }
+  std::optional<double> roughness() const { return surface(&Edit::roughness); }
 
   // Each returns what changed in volume(), as the changed voxels' number.
 
   /// Puts `edit` in place of the one on trial; nothing: takes that back.
   std::size_t try_edit(const std::optional<Edit>& edit);
-  /// Keeps the edit on trial; what was undone is then gone for good.
+  /// Puts the edit on trial at the end of the list; states that were taken back are then gone.
   void commit();
+  /// A list in place of the present one, as a new state: in another order, with edits switched
+  /// off, without some.
+  std::size_t set_list(EditList list);
+  /// The edit at `place` switched off or on; moved to `to`; taken out of the list.
+  std::size_t switch_off(std::size_t place, bool off);
+  std::size_t move(std::size_t place, std::size_t to);
+  std::size_t remove(std::size_t place);
   std::size_t undo();
   std::size_t redo();
 
-  bool can_undo() const { return done_ > 0; }
-  bool can_redo() const { return done_ < steps_.size(); }
+  bool can_undo() const { return at_ > 0; }
+  bool can_redo() const { return at_ + 1 < states_.size(); }
   /// Coefficients held within bounds by the last edit done or on trial.
   std::size_t held() const;
-  /// The edits done, the one on trial apart.
+  /// The one on trial apart.
+  const EditList& list() const { return states_[at_]; }
   Recipe recipe() const;
 
  private:
   struct Step {
-    Edit edit;
+    std::shared_ptr<const Edit> edit;
     VoxelDifference difference;
+    std::optional<double> eta_before;
   };
-  std::size_t put(const Step& step, VoxelValue VoxelDifference::Change::*side);
+  std::size_t put(const VoxelDifference& difference, VoxelValue VoxelDifference::Change::*side);
+  std::size_t apply(const std::shared_ptr<const Edit>& edit, std::vector<Step>& to);
+  std::size_t take_back(std::vector<Step>& from);
+  /// Makes the volume of one voxel one of many where `edit` needs it.
+  void refine_for(const Edit& edit);
+  std::size_t follow(const EditList& list);
+  /// The same; where it throws, the list is as before.
+  std::size_t go_to(const EditList& list);
+  std::optional<double> surface(std::optional<double> Edit::*field) const;
 
   io::VolumeSet volume_;
-  std::vector<Step> steps_;
-  std::size_t done_ = 0;  ///< of steps_; the rest was undone
-  std::optional<Step> trial_;
+  const EditedBody* body_ = nullptr;
+  std::function<Refined()> refined_;
+  std::vector<Step> steps_;  ///< of the list, in its order
+  std::vector<Step> trial_;  ///< none or one
+  std::vector<EditList> states_{EditList{}};
+  std::size_t at_ = 0;  ///< of states_
+  std::size_t revision_ = 0;
 };
 
-/// All edits of `recipe` on `set`; metadata "edits" is their number. Warnings count the
+/// Puts the edits of `recipe` at the end of the list, one state each. Warnings count the
 /// coefficients that were held at their bounds, and name edits that change no voxel. `origin` names
 /// the recipe in messages.
-io::VolumeSet edited(io::VolumeSet set, const Recipe& recipe, const std::string& origin,
-                     std::vector<std::string>& warnings);
+void apply(const Recipe& recipe, const std::string& origin, EditHistory& history,
+           std::vector<std::string>& warnings);
 
 }  // namespace kappamu::render

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "io/json_node.h"
 #include "render/edit/edit.h"
+#include "render/material/published_materials.h"
 
 namespace kappamu::render {
 
@@ -35,6 +36,28 @@ Vector3d direction_of(const Node& node) {
   return std::abs(direction.norm() - 1.0) < 1e-12 ? direction : Vector3d(direction.normalized());
 }
 
+constexpr Names<Frame, 2> frame_names{{{"volume", Frame::volume}, {"object", Frame::object}}};
+
+Frame frame_of(const Node& node) {
+  return node.has("frame") ? node["frame"].named(frame_names) : Frame::volume;
+}
+
+std::filesystem::path path_of(const Node& node, const std::filesystem::path& folder) {
+  const std::string name = node.text();
+  if (name.empty()) node.fail("is empty; write a file's name");
+  return folder / name;
+}
+
+/// The range of depths of a selection.
+template <class Where>
+void read_depths(const Node& node, Where& where) {
+  where.from_mm = node["from_mm"].number_between(0.0, largest_mm);
+  where.to_mm = length_of(node["to_mm"]);
+  if (where.to_mm <= where.from_mm) {
+    node["to_mm"].fail("is not beyond from_mm; write a larger depth");
+  }
+}
+
 Face face_of(const Node& node) {
   return face_from_string(node.choice({"x-", "x+", "y-", "y+", "z-", "z+"}));
 }
@@ -56,51 +79,74 @@ Stroke stroke_of(const Node& node) {
   return stroke;
 }
 
+BrushSelection brush_of(const Node& node) {
+  node.expect_fields({"kind", "strokes", "radius_mm", "depth_mm"},
+                     {"hardness", "stretch", "frame"});
+  BrushSelection brush;
+  brush.frame = frame_of(node);
+  for (const Node& stroke : node["strokes"].items(1)) brush.strokes.push_back(stroke_of(stroke));
+  brush.radius_mm = length_of(node["radius_mm"]);
+  brush.depth_mm = length_of(node["depth_mm"]);
+  if (node.has("hardness")) brush.hardness = node["hardness"].number_between(0.0, 1.0);
+  if (node.has("stretch")) {
+    if (brush.frame == Frame::object) {
+      node["stretch"].fail("belongs to the volume's frame; remove it");
+    }
+    const std::vector<Node> xyz = node["stretch"].exactly(3);
+    for (int axis = 0; axis < 3; ++axis) {
+      brush.stretch[axis] = xyz[static_cast<std::size_t>(axis)].number_between(1e-6, 1e6);
+    }
+  }
+  return brush;
+}
+
+ProjectionSelection projection_of(const Node& node, const std::filesystem::path& folder) {
+  node.expect_fields({"kind", "image", "position_mm", "target_mm", "fov_deg", "from_mm", "to_mm"},
+                     {"up"});
+  ProjectionSelection projection;
+  projection.image = path_of(node["image"], folder);
+  projection.position_mm = vector_of(node["position_mm"]);
+  projection.target_mm = vector_of(node["target_mm"]);
+  const Vector3d forward = projection.target_mm - projection.position_mm;
+  if (forward.norm() < smallest_mm) {
+    node["target_mm"].fail("lies at position_mm; move one of the two");
+  }
+  if (node.has("up")) projection.up = direction_of(node["up"]);
+  if (projection.up.cross(forward.normalized()).norm() < 1e-6) {
+    node.fail("looks along its 'up'; write an 'up' across the line to target_mm");
+  }
+  projection.fov_deg = node["fov_deg"].number_between(0.01, 170.0);
+  read_depths(node, projection);
+  return projection;
+}
+
+DepthSelection depth_of(const Node& node) {
+  node.expect_fields({"kind", "from_mm", "to_mm"}, {"faces", "frame"});
+  DepthSelection depth;
+  depth.frame = frame_of(node);
+  read_depths(node, depth);
+  if (!node.has("faces")) return depth;
+  if (depth.frame == Frame::object) node["faces"].fail("belongs to the volume's frame; remove it");
+  depth.faces.clear();
+  for (const Node& face : node["faces"].items(1)) depth.faces.push_back(face_of(face));
+  return depth;
+}
+
 Selection selection_of(const Node& node, const std::filesystem::path& folder) {
   if (!node.has("kind")) node.fail("has no field 'kind'; add it (docs/formats.md)");
-  const std::string kind = node["kind"].choice({"all", "brush", "texture", "depth", "box"});
-  if (kind == "brush") {
-    node.expect_fields({"kind", "strokes", "radius_mm", "depth_mm"}, {"hardness", "stretch"});
-    BrushSelection brush;
-    for (const Node& stroke : node["strokes"].items(1)) brush.strokes.push_back(stroke_of(stroke));
-    brush.radius_mm = length_of(node["radius_mm"]);
-    brush.depth_mm = length_of(node["depth_mm"]);
-    if (node.has("hardness")) brush.hardness = node["hardness"].number_between(0.0, 1.0);
-    if (node.has("stretch")) {
-      const std::vector<Node> xyz = node["stretch"].exactly(3);
-      for (int axis = 0; axis < 3; ++axis) {
-        brush.stretch[axis] = xyz[static_cast<std::size_t>(axis)].number_between(1e-6, 1e6);
-      }
-    }
-    return brush;
-  }
+  const std::string kind =
+      node["kind"].choice({"all", "brush", "texture", "projection", "depth", "box"});
+  if (kind == "brush") return brush_of(node);
+  if (kind == "projection") return projection_of(node, folder);
+  if (kind == "depth") return depth_of(node);
   if (kind == "texture") {
     node.expect_fields({"kind", "image", "face", "depth_mm"});
-    TextureSelection texture;
-    const std::string image = node["image"].text();
-    if (image.empty()) node["image"].fail("is empty; write a file's name");
-    texture.image = folder / image;
-    texture.face = face_of(node["face"]);
-    texture.depth_mm = length_of(node["depth_mm"]);
-    return texture;
-  }
-  if (kind == "depth") {
-    node.expect_fields({"kind", "from_mm", "to_mm"}, {"faces"});
-    DepthSelection depth;
-    depth.from_mm = node["from_mm"].number_between(0.0, largest_mm);
-    depth.to_mm = length_of(node["to_mm"]);
-    if (depth.to_mm <= depth.from_mm) {
-      node["to_mm"].fail("is not beyond from_mm; write a larger depth");
-    }
-    if (node.has("faces")) {
-      depth.faces.clear();
-      for (const Node& face : node["faces"].items(1)) depth.faces.push_back(face_of(face));
-    }
-    return depth;
+    return TextureSelection{path_of(node["image"], folder), face_of(node["face"]),
+                            length_of(node["depth_mm"])};
   }
   if (kind == "box") {
-    node.expect_fields({"kind", "from_mm", "to_mm"});
-    const BoxSelection box{vector_of(node["from_mm"]), vector_of(node["to_mm"])};
+    node.expect_fields({"kind", "from_mm", "to_mm"}, {"frame"});
+    const BoxSelection box{vector_of(node["from_mm"]), vector_of(node["to_mm"]), frame_of(node)};
     if ((box.to_mm.array() <= box.from_mm.array()).any()) {
       node["to_mm"].fail("is not beyond from_mm on every axis; write the box's far corner");
     }
@@ -110,45 +156,101 @@ Selection selection_of(const Node& node, const std::filesystem::path& folder) {
   return WholeSelection{};
 }
 
+/// What v may be in the operations that state it, and the largest step of an addition.
+struct Range {
+  const char* name;
+  Amount Edit::*amount;
+  double smallest, largest;
+};
+constexpr double largest_albedo = 0.999999;
+const Range ranges[] = {{"kappa", &Edit::kappa, smallest_kappa_mm, largest_kappa_mm},
+                        {"mu", &Edit::mu, 0.0, largest_mu_per_mm},
+                        {"albedo", &Edit::albedo, smallest_albedo, largest_albedo},
+                        {"mean_free_path_mm", &Edit::mean_free_path_mm, 3.0 * smallest_kappa_mm,
+                         3.0 * largest_kappa_mm}};
+
+double amount_of(const Node& node, const Range& range, Operation operation) {
+  if (operation == Operation::add) return node.number_between(-range.largest, range.largest);
+  if (operation != Operation::multiply && range.name != std::string("kappa")) {
+    return node.number_between(range.smallest, range.largest);
+  }
+  const double value =
+      node.number_between(0.0, operation == Operation::multiply ? largest_factor : range.largest);
+  if (value <= 0.0 && range.smallest > 0.0) node.fail("is 0; write a positive number");
+  return value;
+}
+
 /// a of edit.h for each coefficient, within what its operation can mean.
 void read_amounts(const Node& node, Edit& edit) {
-  const auto amount = [&](const char* name, double largest) -> std::optional<double> {
-    if (!node.has(name)) return std::nullopt;
-    if (edit.operation == Operation::multiply)
-      return node[name].number_between(0.0, largest_factor);
-    if (edit.operation == Operation::add) return node[name].number_between(-largest, largest);
-    return node[name].number_between(0.0, largest);
-  };
-  edit.kappa = amount("kappa", largest_kappa_mm);
-  edit.mu = amount("mu", largest_mu_per_mm);
-  if (!edit.kappa && !edit.mu) node.fail("changes nothing; write 'kappa', 'mu' or both");
-  if (edit.kappa && *edit.kappa <= 0.0 && edit.operation != Operation::add) {
-    node["kappa"].fail("is 0; write a positive number");
+  int stated = 0;
+  for (const Range& range : ranges) {
+    if (!node.has(range.name)) continue;
+    ++stated;
+    const Node amount = node[range.name];
+    if (amount.is_number()) {
+      edit.*range.amount = {amount_of(amount, range, edit.operation)};
+      continue;
+    }
+    for (const Node& one : amount.items(1)) {
+      (edit.*range.amount).push_back(amount_of(one, range, edit.operation));
+    }
+    if (!edit.channels.empty() && (edit.*range.amount).size() != edit.channels.size()) {
+      amount.fail("has " + std::to_string((edit.*range.amount).size()) + " numbers for " +
+                  std::to_string(edit.channels.size()) + " channels; write one for each");
+    }
   }
+  if (node.has("published")) {
+    if (stated > 0) node["published"].fail("states kappa and mu; write either it or numbers");
+    edit.published = node["published"].one_of(published_material_names());
+    return;
+  }
+  if (stated == 0) {
+    node.fail("changes nothing; write 'kappa', 'mu' or both, or 'albedo', 'mean_free_path_mm'");
+  }
+  if ((node.has("kappa") || node.has("mu")) &&
+      (node.has("albedo") || node.has("mean_free_path_mm"))) {
+    node.fail("states both kappa or mu and albedo or mean_free_path_mm; keep one of the pairs");
+  }
+}
+
+void read_surface(const Node& node, Edit& edit) {
+  node.expect_fields({"operation"}, {"off", "eta", "roughness"});
+  if (node.has("eta")) edit.eta = node["eta"].number_between(1.0, 4.0);
+  if (node.has("roughness")) edit.roughness = node["roughness"].number_between(0.0, 1.0);
+  if (!edit.eta && !edit.roughness) node.fail("changes nothing; write 'eta', 'roughness' or both");
 }
 
 Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   if (!node.has("operation")) node.fail("has no field 'operation'; add it (docs/formats.md)");
   Edit edit;
-  const std::string name = node["operation"].choice({"multiply", "add", "set", "blend", "copy"});
-  for (const Operation operation :
-       {Operation::multiply, Operation::add, Operation::set, Operation::blend, Operation::copy}) {
-    if (to_string(operation) == name) edit.operation = operation;
-  }
-  if (edit.operation == Operation::copy) {
-    node.expect_fields({"operation", "where", "offset_mm"}, {"channels"});
-    edit.offset_mm = vector_of(node["offset_mm"]);
-  } else if (edit.operation == Operation::blend) {
-    node.expect_fields({"operation", "where", "share"}, {"channels", "kappa", "mu"});
-    edit.share = node["share"].number_between(0.0, 1.0);
-    read_amounts(node, edit);
-  } else {
-    node.expect_fields({"operation", "where"}, {"channels", "kappa", "mu"});
-    read_amounts(node, edit);
+  edit.operation = node["operation"].named(operation_names);
+  if (node.has("off")) edit.off = node["off"].flag();
+  if (edit.operation == Operation::surface) {
+    read_surface(node, edit);
+    return edit;
   }
   if (node.has("channels")) {
     for (const Node& channel : node["channels"].items(1)) edit.channels.push_back(channel.text());
   }
+  std::vector<std::string_view> optional{"channels", "off"}, required{"operation", "where"};
+  if (edit.operation == Operation::copy) {
+    required.push_back("offset_mm");
+    optional.push_back("volume");
+  } else {
+    for (const Range& range : ranges) optional.push_back(range.name);
+  }
+  if (edit.operation == Operation::blend) required.push_back("share");
+  if (edit.operation == Operation::blend || edit.operation == Operation::set) {
+    optional.push_back("published");
+  }
+  node.expect_fields(required, optional);
+  if (edit.operation == Operation::copy) {
+    edit.offset_mm = vector_of(node["offset_mm"]);
+    if (node.has("volume")) edit.volume = path_of(node["volume"], folder);
+  } else {
+    read_amounts(node, edit);
+  }
+  if (edit.operation == Operation::blend) edit.share = node["share"].number_between(0.0, 1.0);
   edit.where = selection_of(node["where"], folder);
   return edit;
 }
@@ -167,46 +269,79 @@ ordered_json json_of(const WholeSelection& /*where*/, const std::filesystem::pat
   return {{"kind", "all"}};
 }
 
+/// The volume's frame is what a recipe means that states none.
+ordered_json with(Frame frame, ordered_json json) {
+  if (frame == Frame::object) json["frame"] = "object";
+  return json;
+}
+
+std::string json_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  return std::filesystem::proximate(file, folder).string();
+}
+
 ordered_json json_of(const BrushSelection& where, const std::filesystem::path& /*folder*/) {
   ordered_json strokes = ordered_json::array();
   for (const Stroke& stroke : where.strokes) {
     strokes.push_back(
         {{"points_mm", json_of(stroke.points_mm)}, {"inward", json_of(stroke.inward)}});
   }
-  return {{"kind", "brush"},
-          {"strokes", std::move(strokes)},
-          {"radius_mm", where.radius_mm},
-          {"depth_mm", where.depth_mm},
-          {"hardness", where.hardness},
-          {"stretch", json_of(where.stretch)}};
+  ordered_json json{{"kind", "brush"},
+                    {"strokes", std::move(strokes)},
+                    {"radius_mm", where.radius_mm},
+                    {"depth_mm", where.depth_mm},
+                    {"hardness", where.hardness}};
+  if (where.frame == Frame::volume) json["stretch"] = json_of(where.stretch);
+  return with(where.frame, json);
 }
 
 ordered_json json_of(const TextureSelection& where, const std::filesystem::path& folder) {
   return {{"kind", "texture"},
-          {"image", std::filesystem::proximate(where.image, folder).string()},
+          {"image", json_of(where.image, folder)},
           {"face", to_string(where.face)},
           {"depth_mm", where.depth_mm}};
 }
 
-ordered_json json_of(const DepthSelection& where, const std::filesystem::path& /*folder*/) {
-  ordered_json faces = ordered_json::array();
-  for (const Face face : where.faces) faces.push_back(to_string(face));
-  return {{"kind", "depth"},
+ordered_json json_of(const ProjectionSelection& where, const std::filesystem::path& folder) {
+  return {{"kind", "projection"},
+          {"image", json_of(where.image, folder)},
+          {"position_mm", json_of(where.position_mm)},
+          {"target_mm", json_of(where.target_mm)},
+          {"up", json_of(where.up)},
+          {"fov_deg", where.fov_deg},
           {"from_mm", where.from_mm},
-          {"to_mm", where.to_mm},
-          {"faces", std::move(faces)}};
+          {"to_mm", where.to_mm}};
+}
+
+ordered_json json_of(const DepthSelection& where, const std::filesystem::path& /*folder*/) {
+  ordered_json json{{"kind", "depth"}, {"from_mm", where.from_mm}, {"to_mm", where.to_mm}};
+  if (where.frame == Frame::volume) {
+    json["faces"] = ordered_json::array();
+    for (const Face face : where.faces) json["faces"].push_back(to_string(face));
+  }
+  return with(where.frame, json);
 }
 
 ordered_json json_of(const BoxSelection& where, const std::filesystem::path& /*folder*/) {
-  return {{"kind", "box"}, {"from_mm", json_of(where.from_mm)}, {"to_mm", json_of(where.to_mm)}};
+  return with(
+      where.frame,
+      {{"kind", "box"}, {"from_mm", json_of(where.from_mm)}, {"to_mm", json_of(where.to_mm)}});
 }
 
 ordered_json json_of(const Edit& edit, const std::filesystem::path& folder) {
-  ordered_json json{{"operation", to_string(edit.operation)}};
+  ordered_json json{{"operation", name_of(operation_names, edit.operation)}};
+  if (edit.off) json["off"] = true;
+  if (edit.eta) json["eta"] = *edit.eta;
+  if (edit.roughness) json["roughness"] = *edit.roughness;
+  if (edit.operation == Operation::surface) return json;
   if (edit.operation == Operation::copy) json["offset_mm"] = json_of(edit.offset_mm);
+  if (!edit.volume.empty()) json["volume"] = json_of(edit.volume, folder);
   if (edit.operation == Operation::blend) json["share"] = edit.share;
-  if (edit.kappa) json["kappa"] = *edit.kappa;
-  if (edit.mu) json["mu"] = *edit.mu;
+  for (const Range& range : ranges) {
+    const Amount& amount = edit.*range.amount;
+    if (amount.size() == 1) json[range.name] = amount[0];
+    if (amount.size() > 1) json[range.name] = amount;
+  }
+  if (!edit.published.empty()) json["published"] = edit.published;
   if (!edit.channels.empty()) json["channels"] = edit.channels;
   json["where"] = std::visit([&](const auto& where) { return json_of(where, folder); }, edit.where);
   return json;
@@ -214,28 +349,35 @@ ordered_json json_of(const Edit& edit, const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::string to_string(Operation operation) {
-  switch (operation) {
-    case Operation::multiply:
-      return "multiply";
-    case Operation::add:
-      return "add";
-    case Operation::set:
-      return "set";
-    case Operation::blend:
-      return "blend";
-    case Operation::copy:
-      break;
+bool Edit::of_object() const {
+  return std::visit(
+      [](const auto& kind) {
+        if constexpr (requires { kind.frame; }) return kind.frame == Frame::object;
+        return std::is_same_v<std::decay_t<decltype(kind)>, ProjectionSelection>;
+      },
+      where);
+}
+
+std::vector<std::filesystem::path> files_of(const Recipe& recipe) {
+  std::vector<std::filesystem::path> files;
+  for (const Edit& edit : recipe.edits) {
+    if (!edit.volume.empty()) files.push_back(edit.volume);
+    std::visit(
+        [&](const auto& kind) {
+          if constexpr (requires { kind.image; }) files.push_back(kind.image);
+        },
+        edit.where);
   }
-  return "copy";
+  return files;
 }
 
 Recipe read_recipe(const std::filesystem::path& file) {
   const io::JsonDocument document(file, "docs/formats.md", io::JsonComments::allowed);
   const Node root = document.root();
-  root.expect_fields({"format", "version", "edits"});
+  root.expect_fields({"format", "version", "edits"}, {"voxel_mm"});
   root.expect_format("kappamu-edit");
   Recipe recipe;
+  if (root.has("voxel_mm")) recipe.voxel_mm = length_of(root["voxel_mm"]);
   for (const Node& node : root["edits"].items(0)) {
     recipe.edits.push_back(edit_of(node, file.parent_path()));
   }
@@ -252,7 +394,9 @@ void require_valid(const Edit& edit) {
 std::string recipe_json(const Recipe& recipe, const std::filesystem::path& folder) {
   ordered_json edits = ordered_json::array();
   for (const Edit& edit : recipe.edits) edits.push_back(json_of(edit, folder));
-  const ordered_json json{{"format", "kappamu-edit"}, {"version", 1}, {"edits", std::move(edits)}};
+  ordered_json json{{"format", "kappamu-edit"}, {"version", 1}};
+  if (recipe.voxel_mm) json["voxel_mm"] = *recipe.voxel_mm;
+  json["edits"] = std::move(edits);
   return json.dump(2) + "\n";
 }
 

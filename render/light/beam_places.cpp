@@ -111,6 +111,17 @@ std::vector<BeamPlace> beam_places(const WorldObject& object, const BeamSpacing&
   return places;
 }
 
+std::vector<BeamPlace> middles_of(const WorldObject& object) {
+  const Surface& surface = object.surface;
+  std::vector<BeamPlace> places;
+  places.reserve(surface.size());
+  for (std::size_t t = 0; t < surface.size(); ++t) {
+    places.push_back(
+        {static_cast<int>(t), surface.position[t], surface.area[t] * surface.normal[t]});
+  }
+  return places;
+}
+
 void add_beams(const World& world, const WorldObject& object, const LightSources& sources,
                const BeamPlace& place, BeamsOfChannels& out) {
   const Vector3d point = object.world_from_object * place.position;

@@ -32,6 +32,9 @@ struct BeamSpacing {
 /// so does light that comes from afar.
 std::vector<BeamPlace> beam_places(const WorldObject& object, const BeamSpacing& spacing);
 
+/// One place in the middle of each triangle.
+std::vector<BeamPlace> middles_of(const WorldObject& object);
+
 using BeamsOfChannels = std::array<std::vector<forward::Beam>, 3>;  ///< R, G, B
 /// Those of the sources that light a place, with the shadows of all objects.
 void add_beams(const World& world, const WorldObject& object, const LightSources& sources,

@@ -5,7 +5,6 @@
 
 #include "core/error.h"
 #include "core/processor_time.h"
-#include "forward/block/block_grid.h"
 #include "forward/model_error.h"
 #include "forward/registry.h"
 #include "render/light/beam_places.h"
@@ -20,24 +19,10 @@ namespace {
 constexpr double moving_ms = 100.0;
 /// Of the environment's light in the first answer.
 constexpr double preview_rays = 0.05 * environment_rays;
+/// Of [M] 5.5: nothing is kept.
+constexpr const char* anew_mode = "on the fly";
 /// Another model is worth its time where it errs by less than this share.
 constexpr double worthwhile = 0.7;
-
-bool all_homogeneous(const World& world) {
-  return std::all_of(world.objects().begin(), world.objects().end(), [](const WorldObject& object) {
-    return std::all_of(object.media.channels.begin(), object.media.channels.end(),
-                       [](const auto& medium) { return medium->homogeneous(); });
-  });
-}
-
-bool all_blocks(const World& world) {
-  return std::all_of(world.objects().begin(), world.objects().end(), [](const WorldObject& object) {
-    return std::all_of(object.media.channels.begin(), object.media.channels.end(),
-                       [&](const auto& medium) {
-                         return forward::block::block_grid(object.mesh, *medium).has_value();
-                       });
-  });
-}
 
 std::optional<EnvironmentLight> environment_of(const std::vector<Light>& lights) {
   for (const Light& light : lights) {
@@ -53,18 +38,6 @@ bool same(const std::optional<EnvironmentLight>& a, const std::optional<Environm
 
 }  // namespace
 
-std::vector<std::string> live_models(const World& world) {
-  const bool homogeneous = all_homogeneous(world), blocks = all_blocks(world);
-  std::vector<std::string> models, general;
-  for (const forward::ModelDescription& model : forward::object_models()) {
-    const auto& can = model.can;
-    if (!can.live || !(can.heterogeneous || homogeneous) || !(can.any_shape || blocks)) continue;
-    (can.heterogeneous && can.any_shape ? general : models).push_back(model.name);
-  }
-  models.insert(models.end(), general.begin(), general.end());
-  return models;
-}
-
 std::optional<double> LiveAnswer::error() const {
   if (!error_estimate || !model_error) return error_estimate ? error_estimate : model_error;
   return std::hypot(*error_estimate, *model_error);
@@ -73,6 +46,7 @@ std::optional<double> LiveAnswer::error() const {
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
                      std::vector<std::string>& warnings)
     : world_(scene, warnings),
+      shapes_(scene),
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
       chosen_(options.model),
@@ -80,31 +54,56 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
 
 LiveScene::~LiveScene() = default;
 
+void LiveAnswer::take_over(LiveAnswer& earlier) {
+  moved.merge(earlier.moved);
+  if (shape_refused.empty()) shape_refused = earlier.shape_refused;
+  if (refused.empty()) refused = earlier.refused;
+}
+
+void LiveScene::show(const LiveAnswer& answer) {
+  for (const auto& [object, vertices] : answer.moved) world_.move(object, vertices);
+}
+
 std::vector<std::string> LiveScene::candidates() const {
   if (chosen_) return {*chosen_};
-  std::vector<std::string> models = live_models(world_);
+  std::vector<std::string> models = live_models(solved());
   std::erase_if(models, [&](const std::string& model) { return refused_.contains(model); });
   return models;
 }
 
-const LiveScene::Solvers* LiveScene::solvers_of(const std::string& model, Progress& progress) {
-  if (const auto made = solvers_.find(model); made != solvers_.end()) return &made->second;
+LiveScene::Solvers LiveScene::make_solvers(const std::string& model, Progress& progress) const {
+  if (!forward::object_model(model).can.heterogeneous && !all_homogeneous(solved())) {
+    throw InputError("model " + model +
+                     " answers for homogeneous objects alone; use the model embedded");
+  }
   forward::ObjectOptions options;
   options.device = options_.device;
   options.seed = options_.seed;
   options.tolerance = tolerance_;
   Solvers solvers;
+  for (const WorldObject& object : solved().objects()) {
+    solvers.push_back(std::make_unique<ObjectSolver>(
+        object, model, options_.model == model ? options_.parameters : OptionValues(), options,
+        progress));
+  }
+  return solvers;
+}
+
+const LiveScene::Solvers* LiveScene::solvers_of(const std::string& model, Progress& progress) {
   try {
-    for (const WorldObject& object : world_.objects()) {
-      solvers.push_back(std::make_unique<ObjectSolver>(
-          object, model, options_.model == model ? options_.parameters : OptionValues(), options,
-          progress));
+    const auto made = solvers_.find(model);
+    if (made == solvers_.end()) return &(solvers_[model] = make_solvers(model, progress));
+    for (const auto& solver : made->second) {
+      if (!solver->is_behind()) continue;
+      const bool followed = solver->follow(asked_shape_, progress);
+      if (mode_ != anew_mode) mode_ = followed ? "incremental" : anew_mode;
     }
+    return &made->second;
   } catch (const InputError& refusal) {
     refused_[model] = refusal.what();
+    solvers_.erase(model);
     return nullptr;
   }
-  return &(solvers_[model] = std::move(solvers));
 }
 
 bool LiveScene::keep(const Solvers& solvers) {
@@ -122,8 +121,8 @@ LiveScene::Step LiveScene::first_step(Progress& progress) {
     if (keep(*solvers)) return {model, 0};
     if (!anew) anew = Step{model, 0};
   }
-  if (!anew) throw InputError(refused_.at(models.front()));
-  return *anew;
+  if (anew) return *anew;
+  throw InputError(models.empty() ? refused_.begin()->second : refused_.at(models.front()));
 }
 
 LiveScene::Step LiveScene::moving_step(Progress& progress) {
@@ -141,21 +140,65 @@ LiveScene::Step LiveScene::moving_step(Progress& progress) {
     if (std::find(models.begin(), models.end(), step.first) == models.end()) continue;
     if (!best || rank(step) < rank(*best)) best = step;
   }
-  return best ? *best : first_step(progress);
+  if (best && solvers_of(best->first, progress) != nullptr) return *best;
+  return first_step(progress);
 }
 
-/// A model of one kind of medium alone is made anew where the medium changes.
 void LiveScene::take_media(const LiveQuestion& question) {
-  bool changed = false;
+  bool changed = false, refracts_otherwise = false;
   for (const auto& [object, media] : question.media) {
-    changed = changed || world_.objects()[object].media.channels != media.channels;
-    world_.set_media(object, media);
+    const WorldObject& edited = solved().objects()[object];
+    const double eta = edited.boundary.eta;
+    changed = changed || edited.media.channels != media.channels;
+    solved().set_media(object, media);
+    refracts_otherwise = refracts_otherwise || edited.boundary.eta != eta;
   }
-  if (!changed) return;
+  if (!changed && !refracts_otherwise) return;
   features_.clear();
-  std::erase_if(solvers_, [](const auto& one) {
-    return !forward::object_model(one.first).can.heterogeneous;
+  refused_.clear();
+  const bool homogeneous = all_homogeneous(solved());
+  std::erase_if(solvers_, [&](const auto& one) {
+    const bool answers = homogeneous || forward::object_model(one.first).can.heterogeneous;
+    return refracts_otherwise || !answers;
   });
+}
+
+/// Why the model does not answer; empty: it does.
+std::string LiveScene::take_model(const std::string& model, Progress& progress) {
+  if (model.empty() || model == chosen_ || (last_ && model == last_->model)) return "";
+  if (solvers_of(model, progress) != nullptr) {
+    chosen_ = model;
+    return "";
+  }
+  const std::string refused = refused_.at(model);
+  refused_.erase(model);
+  return refused;
+}
+
+/// Answers are of a world of their own from now on. The model that will answer is made before
+/// shapes move, so that it can follow.
+void LiveScene::part_worlds(Progress& progress) {
+  solved_ = std::make_unique<World>(world_);
+  solvers_.clear();
+  if (last_) first_step(progress);
+}
+
+/// Why shapes are as they were; empty: they are those asked for.
+std::string LiveScene::take_shapes(const ShapeQuestion& shape) {
+  std::string refused;
+  const std::vector<std::size_t> others = shapes_.set(shape, solved(), refused);
+  if (others.empty()) return refused;
+  for (const auto& [model, solvers] : solvers_) {
+    for (const std::size_t object : others) solvers[object]->shape_changed();
+  }
+  // What is known is of another shape.
+  features_.clear();
+  std::erase_if(records_, [](const auto& record) { return record.first.second > 0; });
+  for (auto& [step, record] : records_) record.error.reset();
+  if (shapes_.any_moves()) return refused;
+  refused_.clear();
+  environment_rays_ = 0.0;
+  return refused;
 }
 
 void LiveScene::light_environment(double rays, Progress& progress) {
@@ -167,10 +210,10 @@ void LiveScene::light_environment(double rays, Progress& progress) {
     environment_light_ = light;
     environment_rays_ = 0.0;
   }
-  std::vector<std::array<std::vector<double>, 3>> diffuse(world_.objects().size());
+  std::vector<std::array<std::vector<double>, 3>> diffuse(solved().objects().size());
   for (std::size_t i = 0; environment_ && i < diffuse.size(); ++i) {
     IncidentLight incident =
-        incident_light(world_, i, {}, &*environment_, options_.seed, progress, rays);
+        incident_light(solved(), i, {}, &*environment_, options_.seed, progress, rays);
     for (std::size_t c = 0; c < 3; ++c) diffuse[i][c] = std::move(incident.channels[c].diffuse);
   }
   diffuse_ = std::move(diffuse);
@@ -186,24 +229,27 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
   const Stopwatch light_watch;
   const LightSources sources = make_light_sources(lights_);
   std::vector<forward::LightOfChannels> incident;
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    const std::vector<BeamPlace>& places = solvers[i]->places();
+  const World& world = solved();
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    std::vector<BeamPlace> places = level == 0 ? solvers[i]->places() : std::vector<BeamPlace>();
+    if (places.empty() && shapes_.moves(i)) places = middles_of(world.objects()[i]);
     incident.push_back(
-        places.empty() || level > 0
-            ? incident_light(world_, i, sources, nullptr, options_.seed, progress).channels
-            : beams_at(world_, i, sources, places));
+        places.empty()
+            ? incident_light(world, i, sources, nullptr, options_.seed, progress).channels
+            : beams_at(world, i, sources, places));
     for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
   }
   answer.light_ms = light_watch.milliseconds();
   const Stopwatch model_watch;
   std::optional<double> stated;
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
     ObjectSolver::Answer solved = solvers[i]->solve(incident[i], level, progress);
     if (solved.error) stated = std::max(stated.value_or(0.0), *solved.error);
     answer.iterations = std::max(answer.iterations, solved.iterations);
     answer.residual = std::max(answer.residual, solved.residual);
     answer.converged = answer.converged && solved.converged;
     answer.elements += solved.elements;
+    answer.caught_up = answer.caught_up && !solvers[i]->is_behind();
     answer.exitance.push_back({std::move(solved.exitance), diffuse_[i]});
   }
   answer.model_ms = model_watch.milliseconds();
@@ -218,33 +264,44 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
   return answer;
 }
 
-LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
-  take_media(question);
-  lights_ = question.lights;
-  std::string refused;
-  if (!question.model.empty() && question.model != chosen_ &&
-      (!last_ || question.model != last_->model)) {
-    if (solvers_of(question.model, progress) != nullptr) {
-      chosen_ = question.model;
-    } else {
-      refused = refused_.at(question.model);
-      refused_.erase(question.model);
-    }
-  }
-  light_environment(preview_rays, progress);
-  Step step;
+/// Lights of a shape that moves wait for it, and nothing finer is worth its time.
+LiveScene::Step LiveScene::answering_step(Progress& progress, std::string& refused) {
+  const auto step = [&] {
+    return shapes_.any_moves() ? first_step(progress) : moving_step(progress);
+  };
   try {
-    step = moving_step(progress);
+    return step();
   } catch (const InputError& refusal) {
-    // The model that a person chose may not answer for a changed medium.
+    // The model that a person chose may not answer for a changed medium or shape.
     if (!last_ || !chosen_) throw;
     refused = refusal.what();
     chosen_.reset();
-    step = moving_step(progress);
+    return step();
   }
-  last_ = solve(step, progress);
-  last_->refused = refused;
-  return *last_;
+}
+
+LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
+  answered_ = false;
+  take_media(question);
+  lights_ = question.lights;
+  const Stopwatch shape_watch;
+  mode_ = "static";
+  asked_shape_ = question.shape;
+  if (!solved_ && shapes_.differ_from(question.shape)) part_worlds(progress);
+  std::string refused = take_model(question.model, progress);
+  const std::string shape_refused = take_shapes(question.shape);
+  const Step step = answering_step(progress, refused);
+  const double shape_ms = shape_watch.milliseconds();
+  light_environment(preview_rays, progress);
+  LiveAnswer answer = solve(step, progress);
+  answer.refused = refused;
+  last_ = answer;
+  answered_ = true;
+  answer.shape_refused = shape_refused;
+  answer.moved = shapes_.take_moved(solved());
+  answer.mode = !answer.moved.empty() && mode_ == "static" ? anew_mode : mode_;
+  if (answer.mode != "static") answer.shape_ms = shape_ms;
+  return answer;
 }
 
 std::optional<double> LiveScene::model_error(const std::string& model) const {
@@ -288,7 +345,7 @@ std::optional<LiveScene::Step> LiveScene::next_step(Progress& progress) {
 void LiveScene::state_errors(const Step& step, LiveAnswer& answer) {
   std::optional<double> worst;
   const bool follows = last_ && last_->model == step.first && last_->level + 1 == step.second;
-  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+  for (std::size_t i = 0; i < answer.exitance.size(); ++i) {
     const auto error = solvers_.at(step.first)[i]->measured_error(
         incident_[i], step.second, answer.exitance[i].exitance,
         follows ? last_->exitance[i].exitance : forward::ExitanceOfChannels());
@@ -302,7 +359,7 @@ void LiveScene::state_errors(const Step& step, LiveAnswer& answer) {
 }
 
 std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
-  if (!last_) return std::nullopt;
+  if (!answered_ || shapes_.any_moves()) return std::nullopt;
   if (features_.empty()) {
     const Solvers& solvers = solvers_.at(last_->model);
     for (std::size_t i = 0; i < solvers.size(); ++i) {
@@ -316,6 +373,7 @@ std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
   const std::optional<Step> next = next_step(progress);
   if (next) {
     LiveAnswer answer = solve(*next, progress);
+    answer.refused = last_->refused;
     state_errors(*next, answer);
     last_ = std::move(answer);
     return last_;

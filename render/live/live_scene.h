@@ -1,6 +1,6 @@
-// A scene whose lights move and whose volumes are edited: what does not depend on them is prepared
-// once, and every question is answered by the objects' exitance, coarsely at first, then finer up
-// to the tolerance asked for.
+// A scene whose lights and shapes move and whose materials are edited: what does not depend on them
+// is prepared once, and every question is answered by the objects' exitance, coarsely at first,
+// then finer up to the tolerance asked for.
 #pragma once
 
 #include <map>
@@ -14,6 +14,8 @@
 #include "core/progress.h"
 #include "forward/choice/object_features.h"
 #include "forward/live_model.h"
+#include "render/live/live_models.h"
+#include "render/live/live_shapes.h"
 #include "render/picture/shading.h"
 #include "render/scene/scene.h"
 #include "render/scene/world.h"
@@ -30,25 +32,30 @@ struct LiveOptions {
   OptionValues parameters{};  ///< the model's own
 };
 
-/// Those with the ability `live` that can answer for these objects: first those for boxes or
-/// homogeneous objects alone, which are faster, then the others, each in the registry's order.
-std::vector<std::string> live_models(const World& world);
-
-/// What light comes from where, and what the objects are made of.
+/// What light comes from where, what the objects are made of, and what shape they have.
 struct LiveQuestion {
-  std::vector<Light> lights;                 ///< the scene's, changed as one likes
-  std::map<std::size_t, ObjectMedia> media;  ///< of objects whose volume is edited
-  std::string model{};                       ///< that answers from now on; "": as before
+  std::vector<Light> lights;  ///< the scene's, changed as one likes
+  /// Of objects that are edited. Where a homogeneous one becomes a volume, models for homogeneous
+  /// ones alone answer no more.
+  std::map<std::size_t, ObjectMedia> media;
+  std::string model{};  ///< that answers from now on; "": as before
+  ShapeQuestion shape{};
 };
 
 /// One answer; what it cost is wall time.
 struct LiveAnswer {
   std::vector<ObjectExitance> exitance;  ///< one per object
   double light_ms = 0.0, model_ms = 0.0;
-  std::string model;         ///< that answered
-  std::string refused;       ///< why the model asked for did not; empty: it did
-  int level = 0;             ///< forward/live_model.h
-  std::size_t elements = 0;  ///< cells or triangles, of all objects
+  double shape_ms = 0.0;  ///< moving vertices, and what the model needs to follow
+  /// Of objects whose vertices are others than in the answer before, as they are now.
+  std::map<std::size_t, std::vector<Eigen::Vector3d>> moved{};
+  std::string shape_refused{};  ///< why shapes are as they were; empty: they are those asked for
+  std::string mode = "static";  ///< or "incremental", or "on the fly" ([M] 5.5)
+  bool caught_up = true;        ///< not, where most_ms was too little
+  std::string model;            ///< that answered
+  std::string refused;          ///< why the model asked for did not; empty: it did
+  int level = 0;                ///< forward/live_model.h
+  std::size_t elements = 0;     ///< cells or triangles, of all objects
   /// Worst relative error of the numerics; none: not known yet. Measured for the first lights
   /// that were answered at this level.
   std::optional<double> error_estimate;
@@ -59,8 +66,11 @@ struct LiveAnswer {
   double residual = 0.0;  ///< that it left, relative; 0 where a model does not state it
   bool converged = true;
 
+  double total_ms() const { return shape_ms + light_ms + model_ms; }
   /// Of numerics and model together, as far as they are known.
   std::optional<double> error() const;
+  /// What an earlier answer says that this one must say where nobody has seen the earlier one.
+  void take_over(LiveAnswer& earlier);
 };
 
 class LiveScene {
@@ -70,16 +80,20 @@ class LiveScene {
   LiveScene(const Scene& scene, const LiveOptions& options, std::vector<std::string>& warnings);
   ~LiveScene();
 
+  /// As it is drawn and picked: shapes are those of the last show().
   const World& world() const { return world_; }
+  /// Gives the world the shapes of an answer. Of the thread that reads world(), as answer() may be
+  /// at work in another.
+  void show(const LiveAnswer& answer);
   double tolerance() const { return tolerance_; }
 
   /// As exactly as keeps up with lights that move: by the model and level of the least error that
-  /// answer within a tenth of a second, or the fastest. Media stay until others are asked for.
-  /// Throws InputError for the first model where it does not answer for these objects. A light
-  /// inside an object lights nothing.
+  /// answer within a tenth of a second, or the fastest; while shapes move, by the first model that
+  /// keeps what it can. Media stay until others are asked for. Throws InputError for the first
+  /// model where it does not answer for these objects. A light inside an object lights nothing.
   LiveAnswer answer(const LiveQuestion& question, Progress& progress);
   /// A better answer to the last question, or the same one with more known of its error; none: it
-  /// is within the tolerance, or nothing comes nearer.
+  /// is within the tolerance, nothing comes nearer, or shapes move.
   std::optional<LiveAnswer> refined(Progress& progress);
 
  private:
@@ -92,22 +106,35 @@ class LiveScene {
   };
   using Solvers = std::vector<std::unique_ptr<ObjectSolver>>;
 
+  World& solved() { return solved_ ? *solved_ : world_; }
+  const World& solved() const { return solved_ ? *solved_ : world_; }
+
   std::vector<std::string> candidates() const;
-  /// None where the model refuses the objects; `refused_` has the reason.
+  /// Of the shapes as they are. None where the model refuses the objects; `refused_` has the
+  /// reason.
   const Solvers* solvers_of(const std::string& model, Progress& progress);
+  Solvers make_solvers(const std::string& model, Progress& progress) const;
   static bool keep(const Solvers& solvers);
   Step first_step(Progress& progress);
   Step moving_step(Progress& progress);
   std::optional<Step> next_step(Progress& progress);
   std::optional<Step> better_model(Progress& progress);
+  Step answering_step(Progress& progress, std::string& refused);
 
   void take_media(const LiveQuestion& question);
+  std::string take_model(const std::string& model, Progress& progress);
+  std::string take_shapes(const ShapeQuestion& shape);
+  void part_worlds(Progress& progress);
   void light_environment(double rays, Progress& progress);
   LiveAnswer solve(const Step& step, Progress& progress);
   void state_errors(const Step& step, LiveAnswer& answer);
   std::optional<double> model_error(const std::string& model) const;
 
   World world_;
+  std::unique_ptr<World> solved_;  ///< that answers are of, once a shape has moved
+  LiveShapes shapes_;
+  ShapeQuestion asked_shape_;
+  std::string mode_;  ///< of the answer at work
   LiveOptions options_;
   double tolerance_ = 0.0;
   std::optional<std::string> chosen_;  ///< model that a person wants
@@ -125,6 +152,7 @@ class LiveScene {
   std::vector<forward::LightOfChannels> incident_;  ///< of the last answer
   std::vector<std::vector<forward::ObjectFeatures>> features_;
   std::optional<LiveAnswer> last_;
+  bool answered_ = false;  ///< the last question, by `last_`
 };
 
 }  // namespace kappamu::render

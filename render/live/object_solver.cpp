@@ -1,6 +1,7 @@
 #include "render/live/object_solver.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "forward/registry.h"
 
@@ -13,12 +14,26 @@ using forward::LightOfChannels;
 ObjectSolver::ObjectSolver(const WorldObject& lit, const std::string& model,
                            const OptionValues& parameters, const forward::ObjectOptions& options,
                            Progress& progress)
-    : object_{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
+    : lit_(lit),
+      object_{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
       model_(forward::make_object_model(model, forward::ModelError::left_out, parameters)),
       options_(options),
       kept_(model_->keep(object_, options, progress)) {
+  place_beams();
+}
+
+void ObjectSolver::place_beams() {
   if (!kept_ || kept_->beam_spacing_mm() <= 0.0) return;
-  places_ = beam_places(lit, {kept_->beam_spacing_mm(), kept_->beam_spacing_mm()});
+  places_ = beam_places(lit_, {kept_->beam_spacing_mm(), kept_->beam_spacing_mm()});
+}
+
+bool ObjectSolver::follow(const ShapeQuestion& shape, Progress& progress) {
+  const double most_ms = shape.moving ? shape.most_ms : std::numeric_limits<double>::infinity();
+  const bool follows = shape.by == FollowBy::update && kept_ && kept_->follow(most_ms);
+  if (!follows) kept_ = model_->keep(object_, options_, progress);
+  place_beams();
+  behind_ = kept_ && !kept_->caught_up();
+  return follows;
 }
 
 ObjectSolver::Answer ObjectSolver::solve(const LightOfChannels& light, int level,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel.h"
 
 namespace kappamu::render {
 
@@ -19,23 +20,28 @@ class CornerAverage {
   template <class T, class Value>
   std::vector<std::array<T, 3>> of(const T& zero, const Value& value) const {
     std::vector<std::array<T, 3>> corners(mesh_.triangles.size(), {zero, zero, zero});
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto vertex = static_cast<std::size_t>(mesh_.triangles[t][k]);
-        double area = 0.0;
-        for (std::size_t i = first_[vertex]; i < first_[vertex + 1]; ++i) {
-          const std::size_t other = around_[i];
-          if (other != t && surface_.normal[other].dot(surface_.normal[t]) < crease_) continue;
-          corners[t][k] += surface_.area[other] * value(other);
-          area += surface_.area[other];
-        }
-        if (area > 0.0) corners[t][k] /= area;
-      }
-    }
+    for_ranges(mesh_.triangles.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) average(t, value, corners[t]);
+    });
     return corners;
   }
 
  private:
+  template <class T, class Value>
+  void average(std::size_t t, const Value& value, std::array<T, 3>& corner) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto vertex = static_cast<std::size_t>(mesh_.triangles[t][k]);
+      double area = 0.0;
+      for (std::size_t i = first_[vertex]; i < first_[vertex + 1]; ++i) {
+        const std::size_t other = around_[i];
+        if (other != t && surface_.normal[other].dot(surface_.normal[t]) < crease_) continue;
+        corner[k] += surface_.area[other] * value(other);
+        area += surface_.area[other];
+      }
+      if (area > 0.0) corner[k] /= area;
+    }
+  }
+
   const TriangleMesh& mesh_;
   const Surface& surface_;
   double crease_;                    ///< cosine

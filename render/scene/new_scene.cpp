@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 
 namespace kappamu::render {
 

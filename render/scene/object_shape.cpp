@@ -25,7 +25,7 @@ TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& 
     if (edges && std::get<std::string>(object.shape) == "cube") return box_mesh(*edges, facets);
     return make_shape(std::get<std::string>(object.shape), 1.0, facets, object.proportion);
   }
-  CheckedMesh checked = io::read_body(*file);
+  CheckedMesh checked = io::read_body(*file, object.morph);
   warnings.insert(warnings.end(), checked.mended.begin(), checked.mended.end());
   warnings.insert(warnings.end(), checked.warnings.begin(), checked.warnings.end());
   return std::move(checked.mesh);
@@ -44,13 +44,17 @@ Eigen::Matrix3d turn_matrix(const Vector3d& degrees) {
 TriangleMesh make_object_mesh(const SceneObject& object, std::vector<std::string>& warnings) {
   try {
     TriangleMesh mesh = unsized_shape(object, warnings);
-    if (const auto* size = std::get_if<Vector3d>(&object.size_mm)) {
-      const Vector3d scale = size->cwiseQuotient(bounding_box(mesh).sizes());
-      for (Vector3d& vertex : mesh.vertices) vertex = vertex.cwiseProduct(scale);
-    } else {
-      mesh = fitted(std::move(mesh), std::get<double>(object.size_mm));
-    }
-    const double size = bounding_box(mesh).sizes().maxCoeff();
+    const auto* file = std::get_if<std::filesystem::path>(&object.shape);
+    const auto as = object.fitted_as       ? *object.fitted_as
+                    : object.morph.empty() ? std::filesystem::path()
+                                           : *file;
+    const Eigen::AlignedBox3d box = bounding_box(as.empty() ? mesh : io::read_mesh(as).mesh);
+    const auto* edge = std::get_if<double>(&object.size_mm);
+    const Vector3d scale =
+        edge ? Vector3d::Constant(*edge / box.sizes().maxCoeff())
+             : Vector3d(std::get<Vector3d>(object.size_mm).cwiseQuotient(box.sizes()));
+    for (Vector3d& vertex : mesh.vertices) vertex = scale.cwiseProduct(vertex - box.center());
+    const double size = scale.cwiseProduct(box.sizes()).maxCoeff();
     return refined(mesh, 1.5 * size / object.edges_per_size, most_refined_triangles);
   } catch (const InputError& error) {
     throw InputError("object '" + object.name + "': " + error.what());

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -14,6 +15,10 @@
 
 #include "core/options/options.h"
 #include "render/colour.h"
+#include "render/deform/deformation.h"
+#include "render/material/homogeneous.h"
+#include "render/material/pattern.h"
+#include "render/material/shell.h"
 
 namespace kappamu::render {
 
@@ -22,21 +27,16 @@ struct VolumeMaterial {
   enum class Placement { stretch, repeat, mirror, shell };
 
   std::filesystem::path volume;  ///< a run folder, a fit folder, a folder of arrays, or a .vdb file
-  Placement placement = Placement::stretch;  ///< to the object's box; or at true scale; or shell.h
+  Placement placement = Placement::stretch;  ///< to the object's box; or at true scale; or wrapped
+  Shell shell{};                             ///< where wrapped
   /// Of the volume in the object's frame, about x, then y, then z [degrees].
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of the volume, after the turn
 };
 
-/// The same coefficients everywhere, one per channel.
-struct HomogeneousMaterial {
-  Colour kappa_mm = Colour::Ones();
-  Colour mu_per_mm = Colour::Zero();
-  std::optional<double> eta;  ///< relative refractive index, where published
-  std::string source;         ///< where the numbers come from
-};
-
-using Material = std::variant<VolumeMaterial, HomogeneousMaterial>;
+struct ComposedMaterial;
+using Material =
+    std::variant<VolumeMaterial, HomogeneousMaterial, std::shared_ptr<const ComposedMaterial>>;
 
 struct Finish {
   std::optional<double> eta;  ///< relative refractive index; none: the material's, or 1.3
@@ -67,17 +67,39 @@ struct Fur {
 struct SceneObject {
   std::string name;
   std::variant<std::filesystem::path, std::string> shape;  ///< a mesh file, or a named shape
+  /// A mesh file whose box is fitted to `size_mm` and the origin instead: one of a sequence.
+  std::optional<std::filesystem::path> fitted_as;
+  std::vector<double> morph;         ///< weights of a glTF mesh's morph targets
   std::optional<double> proportion;  ///< of a named shape (core/mesh/shapes.h)
   /// Of the bounding box: its longest edge, the shape keeping its proportions; or all three.
   std::variant<double, Eigen::Vector3d> size_mm = 1.0;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< of that box's centre
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();     ///< about x, then y, then z
   Material material;
+  std::optional<std::filesystem::path> edits;  ///< a recipe (render/edit/edit.h) for its material
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;
+  std::vector<Deformation> deform;     ///< of the mesh that the fields above make, in this order
   int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
   std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
+};
+
+/// Materials of one object. Its refractive index is the first's.
+struct ComposedMaterial {
+  /// By depth below the surface: thicknesses of all layers but the last, outermost first [mm].
+  struct Layers {
+    std::vector<double> thickness_mm;
+  };
+  /// Bodies inside: their shapes, sizes and places in the object's frame; the last of those that
+  /// overlap counts, each with its own material. `materials` holds the one around them.
+  struct Parts {
+    std::vector<SceneObject> parts;
+  };
+
+  std::vector<Material> materials;
+  /// Of two materials by a pattern: σs' and μ are mixed, the second's by its share.
+  std::variant<Pattern, Layers, Parts> by;
 };
 
 struct DirectionalLight {
@@ -155,5 +177,8 @@ std::vector<std::filesystem::path> files_of(const Scene& scene);
 
 /// Throws InputError naming file, field and fix.
 Scene read_scene(const std::filesystem::path& file);
+/// Of a text that stands for the file; messages name the file and `which` of its texts it is.
+Scene read_scene(const std::string& text, const std::filesystem::path& file,
+                 const std::string& which);
 
 }  // namespace kappamu::render

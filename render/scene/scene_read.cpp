@@ -6,7 +6,8 @@
 #include "core/error.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
-#include "render/scene/published_materials.h"
+#include "render/scene/material_read.h"
+#include "render/scene/node_values.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {
@@ -16,95 +17,8 @@ namespace {
 using Node = io::JsonNode;
 using Eigen::Vector3d;
 
-constexpr double largest_mm = 1e6;
-constexpr double smallest_mm = 1e-6;
+constexpr const char* page = "docs/scene.md";
 constexpr double largest_light = 1e6;
-
-Vector3d vector_of(const Node& node, double bound) {
-  const std::vector<Node> xyz = node.exactly(3);
-  return {xyz[0].number_between(-bound, bound), xyz[1].number_between(-bound, bound),
-          xyz[2].number_between(-bound, bound)};
-}
-
-Vector3d point_of(const Node& node) {
-  return vector_of(node, largest_mm);
-}
-
-Vector3d direction_of(const Node& node) {
-  const Vector3d direction = vector_of(node, largest_mm);
-  if (direction.norm() < 1e-9) node.fail("has no length; write a direction");
-  return direction.normalized();
-}
-
-/// One number for all channels, or three.
-Colour colour_of(const Node& node, double largest, double smallest = 0.0) {
-  if (node.is_number()) return Colour::Constant(node.number_between(smallest, largest));
-  const std::vector<Node> rgb = node.exactly(3);
-  return {rgb[0].number_between(smallest, largest), rgb[1].number_between(smallest, largest),
-          rgb[2].number_between(smallest, largest)};
-}
-
-std::string name_of(const Node& node) {
-  std::string name = node.text();
-  if (name.empty()) node.fail("is empty; write a name");
-  return name;
-}
-
-std::filesystem::path path_of(const Node& node, const std::filesystem::path& folder) {
-  return folder / name_of(node);
-}
-
-double length_of(const Node& node) {
-  return node.number_between(smallest_mm, largest_mm);
-}
-
-std::variant<double, Vector3d> size_of(const Node& node) {
-  if (node.is_number()) return length_of(node);
-  const std::vector<Node> xyz = node.exactly(3);
-  return Vector3d(length_of(xyz[0]), length_of(xyz[1]), length_of(xyz[2]));
-}
-
-Material read_material(const Node& node, const std::filesystem::path& folder) {
-  const int kinds = int{node.has("volume")} + int{node.has("published")} +
-                    int{node.has("reduced_scattering_per_mm")};
-  if (kinds != 1) {
-    node.fail("must have exactly one of 'volume', 'published' and 'reduced_scattering_per_mm'");
-  }
-  if (node.has("published")) {
-    node.expect_fields({"published"});
-    const std::string name = node["published"].text();
-    try {
-      return published_material(name);
-    } catch (const InputError& error) {
-      node["published"].fail(std::string("is wrong: ") + error.what());
-    }
-  }
-  if (node.has("reduced_scattering_per_mm")) {
-    node.expect_fields({"reduced_scattering_per_mm", "absorption_per_mm"}, {"source"});
-    HomogeneousMaterial material =
-        homogeneous_material(colour_of(node["reduced_scattering_per_mm"], 1e4, 1e-6),
-                             colour_of(node["absorption_per_mm"], 1e4));
-    material.source = node.has("source") ? node["source"].text() : "the scene";
-    return material;
-  }
-  node.expect_fields({"volume"}, {"placement", "turn_deg", "offset_mm"});
-  VolumeMaterial material;
-  material.volume = path_of(node["volume"], folder);
-  if (node.has("placement")) {
-    using Placement = VolumeMaterial::Placement;
-    const std::string name = node["placement"].choice({"stretch", "repeat", "mirror", "shell"});
-    material.placement = name == "repeat"   ? Placement::repeat
-                         : name == "mirror" ? Placement::mirror
-                         : name == "shell"  ? Placement::shell
-                                            : Placement::stretch;
-  }
-  if (material.placement == VolumeMaterial::Placement::shell && node.has("turn_deg")) {
-    node["turn_deg"].fail("has no meaning for a shell, which follows the surface; leave it out");
-  }
-  if (node.has("turn_deg")) material.turn_deg = vector_of(node["turn_deg"], 360.0);
-  if (node.has("offset_mm")) material.offset_mm = point_of(node["offset_mm"]);
-  return material;
-}
 
 Finish read_finish(const Node& node) {
   node.expect_fields({}, {"eta", "roughness"});
@@ -112,11 +26,6 @@ Finish read_finish(const Node& node) {
   if (node.has("eta")) finish.eta = node["eta"].number_between(1.0, 4.0);
   if (node.has("roughness")) finish.roughness = node["roughness"].number_between(0.0, 1.0);
   return finish;
-}
-
-int whole_number(const Node& node, int smallest, int largest) {
-  node.number_between(smallest, largest);
-  return node.integer();
 }
 
 Fur read_fur(const Node& node) {
@@ -153,27 +62,15 @@ Fur read_fur(const Node& node) {
 }
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"name", "size_mm", "material"}, {"mesh", "shape", "proportion", "position_mm",
-                                                       "turn_deg", "surface", "polycube", "fur"});
-  if (node.has("mesh") == node.has("shape")) {
-    node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
-  }
-  SceneObject object;
-  object.name = name_of(node["name"]);
-  if (node.has("mesh")) {
-    if (node.has("proportion")) node["proportion"].fail("belongs to named shapes; remove it");
-    object.shape = path_of(node["mesh"], folder);
-  } else {
-    object.shape = name_of(node["shape"]);
-    if (node.has("proportion")) object.proportion = node["proportion"].number_between(0.0, 1.0);
-  }
-  object.size_mm = size_of(node["size_mm"]);
-  if (node.has("position_mm")) object.position_mm = point_of(node["position_mm"]);
-  if (node.has("turn_deg")) object.turn_deg = vector_of(node["turn_deg"], 360.0);
-  object.material = read_material(node["material"], folder);
+  node.expect_fields({"name", "size_mm", "material"},
+                     {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm",
+                      "turn_deg", "surface", "polycube", "fur", "deform", "edits"});
+  SceneObject object = read_solid(node, folder);
+  if (node.has("edits")) object.edits = path_of(node["edits"], folder);
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   if (node.has("fur")) object.fur = read_fur(node["fur"]);
+  if (node.has("deform")) object.deform = read_deformations(node["deform"]);
   return object;
 }
 
@@ -307,8 +204,9 @@ ModelChoice read_model(const Node& node) {
 
 }  // namespace
 
-Scene read_scene(const std::filesystem::path& file) {
-  const io::JsonDocument document(file, "docs/scene.md", io::JsonComments::allowed);
+namespace {
+
+Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& file) {
   const Node root = document.root();
   root.expect_fields({"format", "version", "objects", "lights", "camera", "film"}, {"model"});
   root.expect_format("kappamu-scene");
@@ -335,15 +233,41 @@ Scene read_scene(const std::filesystem::path& file) {
   return scene;
 }
 
+void add_files(const Material& material, std::vector<std::filesystem::path>& files) {
+  if (const auto* volume = std::get_if<VolumeMaterial>(&material)) files.push_back(volume->volume);
+  const auto* composed = std::get_if<std::shared_ptr<const ComposedMaterial>>(&material);
+  if (composed == nullptr) return;
+  for (const Material& one : (*composed)->materials) add_files(one, files);
+  const auto* parts = std::get_if<ComposedMaterial::Parts>(&(*composed)->by);
+  if (parts == nullptr) return;
+  for (const SceneObject& part : parts->parts) {
+    if (const auto* mesh = std::get_if<std::filesystem::path>(&part.shape)) files.push_back(*mesh);
+    add_files(part.material, files);
+  }
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file) {
+  return scene_of({file, page, io::JsonComments::allowed}, file);
+}
+
+Scene read_scene(const std::string& text, const std::filesystem::path& file,
+                 const std::string& which) {
+  return scene_of(
+      io::JsonDocument::of_text(text, file.string() + which, page, io::JsonComments::allowed),
+      file);
+}
+
 std::vector<std::filesystem::path> files_of(const Scene& scene) {
   std::vector<std::filesystem::path> files{scene.file};
   for (const SceneObject& object : scene.objects) {
     if (const auto* mesh = std::get_if<std::filesystem::path>(&object.shape))
       files.push_back(*mesh);
-    if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
-      files.push_back(material->volume);
-    }
+    if (object.fitted_as) files.push_back(*object.fitted_as);
+    add_files(object.material, files);
     if (object.polycube) files.push_back(*object.polycube);
+    if (object.edits) files.push_back(*object.edits);
   }
   for (const Light& light : scene.lights) {
     if (const auto* projector = std::get_if<ProjectorLight>(&light)) {

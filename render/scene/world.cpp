@@ -5,7 +5,7 @@
 #include "core/error.h"
 #include "core/process_memory.h"
 #include "io/polycube_file.h"
-#include "render/embree_caster.h"
+#include "render/scene/edited_object.h"
 #include "render/scene/object_shape.h"
 
 namespace kappamu::render {
@@ -14,17 +14,34 @@ namespace {
 
 using Eigen::Vector3d;
 
+TriangleMesh deformed_mesh(const SceneObject& object, const TriangleMesh& rest,
+                           std::vector<std::string>& warnings) {
+  const auto* volume = std::get_if<VolumeMaterial>(&object.material);
+  if (!object.deform.empty() && volume && volume->placement != VolumeMaterial::Placement::shell) {
+    warnings.push_back("object '" + object.name +
+                       "': its volume stays where it lies in the undeformed shape");
+  }
+  try {
+    return deformed_body(rest, object.deform);
+  } catch (const InputError& error) {
+    throw InputError("object '" + object.name + "': " + error.what());
+  }
+}
+
 WorldObject make_world_object(const SceneObject& object, std::vector<std::string>& warnings) {
   WorldObject made;
   made.name = object.name;
-  made.mesh = make_object_mesh(object, warnings);
+  made.rest = make_object_mesh(object, warnings);
+  made.mesh = deformed_mesh(object, made.rest, warnings);
   made.surface = surface_of(made.mesh);
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
   if (object.polycube) made.polycube = io::read_polycube(*object.polycube);
-  made.media = make_object_media(object, made.mesh, made.drawn());
-  made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
-  made.roughness = object.finish.roughness;
+  const EditedObject edited(object, made.rest, made.mesh, *made.rays);
+  warnings.insert(warnings.end(), edited.warnings().begin(), edited.warnings().end());
+  made.media = edited.media();
+  made.boundary = boundary_constants(made.media.eta.value_or(1.3));
+  made.roughness = *made.media.roughness;
   return made;
 }
 
@@ -65,6 +82,8 @@ World::World(const Scene& scene, std::vector<std::string>& warnings) {
   diameter_ = bounding_box(all).diagonal().norm();
   skin_ = 1e-6 * diameter_;
   rays_ = make_embree_caster(all);
+  vertices_ = std::move(all.vertices);
+  triangles_ = std::move(all.triangles);
 
   expect_apart();
   expect_outside(scene.camera.position_mm, "the camera");
@@ -78,6 +97,43 @@ World::World(const Scene& scene, std::vector<std::string>& warnings) {
       expect_outside(projector->point.position_mm, name);
     }
   }
+}
+
+void World::set_media(std::size_t object, ObjectMedia media) {
+  WorldObject& set = objects_[object];
+  set.media = std::move(media);
+  const double eta = set.media.eta.value_or(set.boundary.eta);
+  if (eta != set.boundary.eta) set.boundary = boundary_constants(eta);
+  set.roughness = set.media.roughness.value_or(set.roughness);
+}
+
+void World::move(std::size_t object, std::vector<Vector3d> vertices) {
+  WorldObject& moved = objects_[object];
+  check(vertices.size() == moved.mesh.vertices.size(), "moved vertices are as many as before");
+  moved.mesh.vertices = std::move(vertices);
+  moved.surface = surface_of(moved.mesh);
+  moved.rays->move(moved.mesh.vertices);
+  auto at = vertices_.begin();
+  for (std::size_t i = 0; i < object; ++i) {
+    at += static_cast<std::ptrdiff_t>(objects_[i].mesh.vertices.size());
+  }
+  for (const Vector3d& vertex : moved.mesh.vertices) *at++ = moved.world_from_object * vertex;
+  rays_->move(vertices_);
+}
+
+World::World(const World& other)
+    : first_triangle_(other.first_triangle_),
+      triangles_(other.triangles_),
+      vertices_(other.vertices_),
+      skin_(other.skin_),
+      diameter_(other.diameter_) {
+  for (const WorldObject& object : other.objects_) objects_.push_back(object.copy());
+  rays_ = make_embree_caster({vertices_, triangles_, {}});
+}
+
+WorldObject WorldObject::copy() const {
+  return {name,  rest,     mesh,     surface,  world_from_object, make_embree_caster(mesh),
+          media, polycube, boundary, roughness};
 }
 
 std::optional<WorldHit> World::first_hit(const Vector3d& origin, const Vector3d& direction,
@@ -131,7 +187,7 @@ void World::expect_apart() const {
 void World::expect_outside(const Vector3d& point, const std::string& what) const {
   if (const auto object = object_at(point)) {
     throw InputError(what + " is inside object '" + objects_[*object].name +
-                     "'; change its position_mm");
+                     "'; change its position_mm, or give the mesh a void around it");
   }
 }
 

@@ -10,8 +10,8 @@
 #include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/optics.h"
-#include "core/ray_caster.h"
 #include "core/rigid.h"
+#include "render/embree_caster.h"
 #include "render/scene/object_media.h"
 #include "render/scene/scene.h"
 
@@ -19,15 +19,17 @@ namespace kappamu::render {
 
 struct WorldObject {
   std::string name;
-  TriangleMesh mesh;  ///< in the object's frame [mm]
+  TriangleMesh rest;  ///< in the object's frame, before its deformations [mm]
+  TriangleMesh mesh;  ///< as it is
   Surface surface;    ///< surface_of(mesh)
   Rigid world_from_object;
-  std::unique_ptr<RayCaster> rays;  ///< of `mesh`, in the object's frame
+  std::unique_ptr<MovableCaster> rays;  ///< of `mesh`, in the object's frame
   ObjectMedia media;
   std::optional<Polycube> polycube;  ///< that a person has drawn
   BoundaryConstants boundary;
   double roughness = 0.1;
 
+  WorldObject copy() const;
   /// `polycube`, or nullptr.
   const Polycube* drawn() const { return polycube ? &*polycube : nullptr; }
 };
@@ -44,14 +46,18 @@ struct WorldHit {
 class World {
  public:
   /// Reads everything the scene names. Throws InputError naming object, light or camera: no mesh,
-  /// no volume, objects that overlap, a light or the camera inside an object.
+  /// no volume, a deformation that the shape does not bear, objects that overlap, a light or the
+  /// camera inside an object.
   World(const Scene& scene, std::vector<std::string>& warnings);
+  /// A second world of the same media, whose shapes move on their own.
+  World(const World& other);
 
   const std::vector<WorldObject>& objects() const { return objects_; }
-  /// An object's material, edited; its refractive index stays.
-  void set_media(std::size_t object, ObjectMedia media) {
-    objects_[object].media = std::move(media);
-  }
+  /// An object's material, edited; index and roughness stay where the media state none.
+  void set_media(std::size_t object, ObjectMedia media);
+  /// An object's vertices, moved; its triangles, and what it is made of, stay. Objects may overlap
+  /// from now on.
+  void move(std::size_t object, std::vector<Eigen::Vector3d> vertices);
   /// Distances below this are rounding [mm].
   double skin() const { return skin_; }
   double diameter() const { return diameter_; }
@@ -72,8 +78,10 @@ class World {
   void expect_outside(const Eigen::Vector3d& point, const std::string& what) const;
 
   std::vector<WorldObject> objects_;
-  std::vector<std::size_t> first_triangle_;  ///< of each object in the common mesh
-  std::unique_ptr<RayCaster> rays_;          ///< of all objects, in the world's frame
+  std::vector<std::size_t> first_triangle_;    ///< of each object in the common mesh
+  std::vector<std::array<int, 3>> triangles_;  ///< of all objects
+  std::vector<Eigen::Vector3d> vertices_;      ///< of all objects, in the world's frame
+  std::unique_ptr<MovableCaster> rays_;        ///< of them
   double skin_ = 0.0, diameter_ = 0.0;
 };
 

@@ -4,8 +4,10 @@
 
 #include "calib/sample/face.h"
 #include "calib/targets/chessboard.h"
+#include "capture/radiance/merge.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
+#include "core/numbers/region.h"
 #include "report/drawing/picture.h"
 #include "report/read/run_data.h"
 
@@ -49,13 +51,15 @@ Window around(const std::array<Eigen::Vector2d, 4>& corners, int width, int heig
   return window;
 }
 
-/// The photograph in grey, as shown; code values of a response are near what a screen wants.
-Image<float> photograph(const capture::Session& session, const capture::Frame& frame) {
+/// Part of the photograph in grey, as shown; code values of a response are near what a screen
+/// wants.
+Image<float> photograph(const capture::Session& session, const capture::Frame& frame,
+                        const Region& part) {
   Image<float> image;
-  if (capture::is_float_frame(frame)) {
-    image = capture::load_float_frame(session, frame);
+  if (capture::is_float_frame(session, frame)) {
+    image = capture::load_float_frame(session, frame, part);
   } else {
-    const Image<std::uint16_t> codes = capture::load_frame(session, frame);
+    const Image<std::uint16_t> codes = capture::load_frame(session, frame, part);
     image = Image<float>(codes.width(), codes.height(), codes.channels());
     std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
                    [](std::uint16_t code) { return static_cast<float>(code); });
@@ -81,14 +85,15 @@ void blend(Image<std::uint8_t>& image, const Eigen::Vector2d& at, const Colour& 
   }
 }
 
-Image<std::uint8_t> enlarged(const Image<float>& photo, const Window& window) {
+Image<std::uint8_t> enlarged(const Image<float>& photo, const Region& part, const Window& window) {
   Image<std::uint8_t> image(window.width, window.height, 3);
   for (int y = 0; y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {
-      const int px = std::clamp(static_cast<int>(window.left + (x + 0.5) / window.scale), 0,
-                                photo.width() - 1);
-      const int py = std::clamp(static_cast<int>(window.top + (y + 0.5) / window.scale), 0,
-                                photo.height() - 1);
+      const int px =
+          std::clamp(static_cast<int>(window.left + (x + 0.5) / window.scale) - part.left, 0,
+                     photo.width() - 1);
+      const int py = std::clamp(static_cast<int>(window.top + (y + 0.5) / window.scale) - part.top,
+                                0, photo.height() - 1);
       for (int c = 0; c < 3; ++c) {
         image(x, y, c) = static_cast<std::uint8_t>(std::lround(255.0F * photo(px, py)));
       }
@@ -97,10 +102,14 @@ Image<std::uint8_t> enlarged(const Image<float>& photo, const Window& window) {
   return image;
 }
 
-Image<std::uint8_t> with_grid(const capture::Session& session, const Image<float>& photo,
+Image<std::uint8_t> with_grid(const capture::Session& session, const capture::Frame& frame,
                               const calib::Lens& lens, const calib::SamplePose& pose) {
-  const Window window = around(pose.corners_px, photo.width(), photo.height());
-  Image<std::uint8_t> image = enlarged(photo, window);
+  const Window window = around(pose.corners_px, lens.width, lens.height);
+  Surrounding shown;
+  shown.add(window.left, window.top);
+  shown.add(window.left + window.width / window.scale, window.top + window.height / window.scale);
+  const Region part = shown.region(0.0, 1.0, capture::merged_grid_px, lens.width, lens.height);
+  Image<std::uint8_t> image = enlarged(photograph(session, frame, part), part, window);
   const GridShape grid = session.sample.shape();
   const FaceShape face = face_shape(grid, pose.face);
   const auto draw = [&](double u0, double v0, double u1, double v1, const Colour& colour,
@@ -151,9 +160,8 @@ std::vector<SamplePicture> sample_pictures(const capture::Session& session,
       });
       if (shown) continue;
       try {
-        pictures.push_back(
-            {view.station, to_string(view.face),
-             with_grid(session, photograph(session, view.frame), calibration.camera.lens, pose)});
+        pictures.push_back({view.station, to_string(view.face),
+                            with_grid(session, view.frame, calibration.camera.lens, pose)});
       } catch (const InputError&) {
         // The photograph may have been moved away since; the page does without.
         continue;

@@ -24,9 +24,11 @@ constexpr std::array<Advice, 5> advices{
       "follows the light is "
       "scale or response, spots are dirt on a face. Mend it there and run again; where a channel "
       "ran out of steps, "
-      "go on with"},
+      "continue the fit."},
      {"Validation", "Measured against re-rendered",
-      "Photograph more patterns, or ask for a smoother volume (--target-chi2 2) with"},
+      "Photograph more patterns, or continue the fit with a larger target for chi2, which makes "
+      "the "
+      "volume smoother."},
      {"Coverage", "What was captured",
       "Add exposures until nothing that is needed is saturated or unseen."},
      {"Calibration", "Geometric calibration",
@@ -71,16 +73,12 @@ Html next_steps(const RunData& run, const pipeline::Verdict& verdict) {
   for (const pipeline::Criterion& criterion : verdict.criteria) {
     const Advice* advice = advice_for(criterion.name);
     if (!advice || criterion.grade < pipeline::Grade::amber) continue;
-    const bool command = criterion.name == "Fit" || criterion.name == "Validation";
-    items += element("li",
-                     text(advice->next) +
-                         (command ? text(" ") + code("kappamu fit --continue " + folder) : Html{}));
+    items += element("li", text(advice->next));
   }
   if (items.empty()) {
     items = element("li", code("kappamu view " + folder) + text(" turns lights round it")) +
-            element("li", code("kappamu export " + folder + " -o volumes --format vti") +
-                              text(" gives it to other programs, ") + code("kappamu edit") +
-                              text(" changes it"));
+            element("li", code("kappamu export " + folder) + text(" gives it to other programs, ") +
+                              code("kappamu edit") + text(" changes it"));
   }
   return subsection("What to do next", element("ul", {{"class", "next"}}, items));
 }

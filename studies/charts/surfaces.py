@@ -41,13 +41,14 @@ def polygrid_frames(record):
               f"{fps(r['surface_frame_elapsed_ms'])}, {fps(r['frame_elapsed_ms'])}", f"{r['paper_fps']:.0f} ({r['paper_coherent_fps']:.0f})",
               f"{r['light_ms']:.0f} + {r['diffusion_ms']:.0f} ({r['iterations']}) + {r['exitance_ms']:.0f}",
               f"{percent(r['error'], 2)}, {percent(r['largest_error'], 1)}",
-              f"{r['edit_media_ms']:.0f} + {r['edit_light_ms']:.0f} + {r['edit_diffusion_ms']:.0f} ({r['edit_iterations']}), {r['edit_elapsed_ms']:.0f}"]
+              f"{r['edit_volume_ms']:.0f} + {r['edit_media_ms']:.0f} + {r['edit_light_ms']:.0f} + {r['edit_diffusion_ms']:.0f} ({r['edit_iterations']}) + "
+              f"{r['edit_exitance_ms'] + r['edit_picture_ms']:.0f}, {r['edit_elapsed_ms']:.0f}"]
              for r in record["rows"]]
     return {}, {"": provenance(record) + "\n" + table(
         ["model of [W]", "cells", "diffusions per second: surface light, beams", "[W]", "frames per second: surface light, beams",
          "[W] (coherent)", "moved: light + diffusion (iterations) + exitance [ms of processor]",
          "from converged: 2-norm, largest",
-         "edit: equations + light + diffusion (iterations) [ms of processor], elapsed [ms]"], lines)}
+         "stroke: volume + equations + light + diffusion (iterations) + picture [ms of processor], elapsed [ms]"], lines)}
 
 
 def form_factors(record):

@@ -9,6 +9,8 @@ namespace kappamu::studies {
 
 /// Rows per number of triangles.
 void dipole_hierarchy(const Request& request, Progress& progress, const Save& save);
+/// Rows per object that deforms.
+void dipole_deform(const Request& request, Progress& progress, const Save& save);
 /// Rows per method and criterion.
 void dipole_form_factors(const Request& request, Progress& progress, const Save& save);
 /// Rows per albedo and refractive index.

@@ -8,6 +8,7 @@
 #include "studies/inverse/coverage.h"
 #include "studies/inverse/inverse_fit.h"
 #include "studies/inverse/inverse_samples.h"
+#include "studies/inverse/unseen.h"
 #include "studies/subjects.h"
 #include "tests/cases/media.h"
 
@@ -291,13 +292,17 @@ Do not trust seconds on a machine that does anything else.)",
        {"population", "four families of truths, bars and patches, 0.3, 1 and 3 % noise",
         measure_population},
        {"coverage", "stated deviations against such truths, by layer", measure_coverage},
+       {"unseen", "fits of right and wrong data of such truths, beside those of another build",
+        measure_unseen},
        {"losses", "gaussian, huber, student, with and without 1 % of outliers", measure_losses}},
       {{"sample", "Of section samples, these alone; the record keeps the others' rows",
         Setting::Kind::words, 0, 0, paper_samples()},
        {"seeds",
-        "Of validation, regularisers and losses: noises per truth; of population and coverage: "
-        "truths of each family (default 1)",
-        Setting::Kind::number, 1, 100}},
+        "Of validation, regularisers and losses: noises per truth; of population, coverage and "
+        "unseen: truths of each family (default 1)",
+        Setting::Kind::number, 1, 100},
+       {"against", "Of unseen: the record of another build, whose fits are the pairs",
+        Setting::Kind::words}},
       inverse_summary};
 }
 

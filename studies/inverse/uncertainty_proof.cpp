@@ -7,7 +7,6 @@
 
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
-#include "inverse/uncertainty/sensitivity.h"
 
 namespace kappamu::studies {
 

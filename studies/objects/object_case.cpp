@@ -9,7 +9,7 @@
 #include "core/mesh/shapes.h"
 #include "io/volume/volume_file.h"
 #include "render/light/incident_light.h"
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 
 namespace kappamu::studies {
 

@@ -9,6 +9,8 @@
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "render/light/beam_places.h"
+#include "render/live/lit_corners.h"
+#include "render/scene/edited_object.h"
 #include "studies/polygrid/polygrid_bench.h"
 
 namespace kappamu::studies {
@@ -27,7 +29,7 @@ constexpr double live_mm = 40.0, degrees_per_frame = 2.0;
 constexpr int frames = 7, frames_before = 3;
 constexpr double first_degrees = 20.0,
                  last_degrees = first_degrees + degrees_per_frame * (frames_before + frames - 1);
-/// Voxels of an edit, and its factor on μ.
+/// Voxels of a stroke, and its factor on μ.
 constexpr double edited_voxels = 10'000.0, edited_mu = 4.0;
 
 /// [W] Table III: nodes; frames per second of diffusion alone, whole, and whole from the last
@@ -55,14 +57,18 @@ render::Scene scene_of(const std::string& mesh) {
   return scene;
 }
 
-/// A smooth volume with as many voxels in the object as the grid has cells; `edited` in a ball.
-forward::MediaOfChannels volume_of(const TriangleMesh& mesh, std::size_t cells, bool edited) {
+/// Edge of voxels of which the object holds as many as the grid has cells [mm].
+double voxel_of(const TriangleMesh& mesh, std::size_t cells) {
+  return std::cbrt(enclosed_volume(mesh) / static_cast<double>(cells));
+}
+
+/// A smooth volume with as many voxels in the object as the grid has cells.
+forward::MediaOfChannels volume_of(const TriangleMesh& mesh, std::size_t cells) {
   forward::MediaOfChannels media;
   const Eigen::AlignedBox3d box = bounding_box(mesh);
-  const double h = std::cbrt(enclosed_volume(mesh) / static_cast<double>(cells));
+  const double h = voxel_of(mesh, cells);
   const Eigen::Array3i n = (box.sizes() / h).array().ceil().cast<int>();
   const GridShape shape{n[0], n[1], n[2], h};
-  const double radius = std::cbrt(0.75 * edited_voxels / M_PI);
   for (std::size_t c = 0; c < 3; ++c) {
     const double channel = static_cast<double>(c);
     auto medium = std::make_shared<Medium>(Medium{Volume<double>(shape, 0.3 - 0.05 * channel),
@@ -75,8 +81,6 @@ forward::MediaOfChannels volume_of(const TriangleMesh& mesh, std::size_t cells, 
               1.0 + 0.5 * std::sin(0.3 * x) * std::sin(0.2 * y) * std::cos(0.25 * z);
           medium->kappa[i] *= factor;
           medium->mu[i] *= factor;
-          const Vector3d off(x - 0.5 * shape.nx, y - 0.6 * shape.ny, z - 0.7 * shape.nz);
-          if (edited && off.norm() < radius) medium->mu[i] *= edited_mu;
         }
       }
     }
@@ -94,6 +98,18 @@ struct Frame {
   int iterations = 0;
 
   double whole() const { return media + light + diffusion + exitance; }
+};
+
+/// From a stroke of the brush to the corrected picture, processor time by what it went to and time
+/// by the clock [ms].
+struct StrokeFrame {
+  double volume = 0.0;   ///< the voxels, and the media made of them
+  Frame frame;           ///< equations, light, diffusion, exitance
+  double picture = 0.0;  ///< the light of all corners, as a graphics card draws it
+  double elapsed = 0.0;
+  std::size_t voxels = 0;
+
+  double whole() const { return volume + frame.whole() + picture; }
 };
 
 /// Whether light is refracted and collides inside, or enters all at the surface, as in [W].
@@ -131,6 +147,8 @@ class Live {
   }
 
   std::size_t cells() const { return diffusion_->grid().cell.size(); }
+  /// Of the last frame.
+  const forward::ExitanceOfChannels& exitance() const { return channels_; }
   std::size_t unknowns() const { return diffusion_->grid().corner.size(); }
 
   void set(const forward::MediaOfChannels& media) {
@@ -183,7 +201,9 @@ class Live {
                           object_.boundary.eta, lights[c]});
     }
     const double incident = processor_seconds() - before - media;
-    exitance_ = std::move(diffusion_->solve(problems, accuracy)[1].exitance);
+    std::vector<forward::polygrid::PolygridAnswer> solved = diffusion_->solve(problems, accuracy);
+    for (std::size_t c = 0; c < 3; ++c) channels_[c] = std::move(solved[c].exitance);
+    exitance_ = channels_[1];
     const auto& seconds = diffusion_->seconds();
     return {1e3 * media,
             1e3 * (incident + seconds.beams),
@@ -200,16 +220,87 @@ class Live {
   std::vector<render::BeamPlace> each_triangle_;  ///< of light that enters at the surface
   std::unique_ptr<PolygridDiffusion> diffusion_;
   forward::MediaOfChannels media_;
+  forward::ExitanceOfChannels channels_;
   std::vector<double> exitance_;  ///< of the G channel in the last frame
 };
 
 /// The frame whose processor time is the median.
-Frame median_of(std::vector<Frame> of) {
+template <class AnyFrame>
+AnyFrame median_of(std::vector<AnyFrame> of) {
   const auto middle = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
   std::nth_element(of.begin(), middle, of.end(),
-                   [](const Frame& a, const Frame& b) { return a.whole() < b.whole(); });
+                   [](const AnyFrame& a, const AnyFrame& b) { return a.whole() < b.whole(); });
   return *middle;
 }
+
+/// The object as the window edits it: strokes at several places, each kept.
+class Strokes {
+ public:
+  Strokes(const render::Scene& scene, const render::World& world, Live& live)
+      : world_(world),
+        live_(live),
+        voxel_mm_(voxel_of(world.objects()[0].mesh, live.cells())),
+        edited_(scene.objects[0], world.objects()[0].rest, world.objects()[0].mesh,
+                *world.objects()[0].rays, voxel_mm_),
+        corners_(world) {
+    // Boxes of other coefficients, so that the volume is no homogeneous one.
+    const Eigen::AlignedBox3d box = bounding_box(world.objects()[0].mesh);
+    for (int octant = 0; octant < 8; ++octant) {
+      render::Edit edit;
+      edit.kappa = {1.0 + 0.1 * octant};
+      edit.mu = {1.5 - 0.1 * octant};
+      render::BoxSelection part{box.center(), box.center(), render::Frame::object};
+      const Vector3d far = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(octant));
+      part.from_mm = part.from_mm.cwiseMin(far);
+      part.to_mm = part.to_mm.cwiseMax(far);
+      edit.where = part;
+      done(edit);
+    }
+    live_.set(media());
+    live_.frame(first_degrees, Entry::beams);
+  }
+
+  StrokeFrame stroke(std::size_t triangle) {
+    const Surface& surface = world_.objects()[0].surface;
+    render::BrushSelection where;
+    where.frame = render::Frame::object;
+    where.strokes = {{{surface.position[triangle]}, {-surface.normal[triangle]}}};
+    where.radius_mm = voxel_mm_ * std::cbrt(edited_voxels / (2.0 * M_PI));
+    where.depth_mm = 2.0 * where.radius_mm;
+    where.hardness = 1.0;
+    render::Edit edit;
+    edit.mu = {edited_mu};
+    edit.where = where;
+    StrokeFrame result;
+    const Stopwatch watch;
+    double start = processor_seconds();
+    result.voxels = done(edit);
+    const forward::MediaOfChannels edited = media();
+    result.volume = 1e3 * (processor_seconds() - start);
+    result.frame = live_.frame(first_degrees, Entry::beams, &edited);
+    start = processor_seconds();
+    render::LiveAnswer answer;
+    answer.exitance = {{live_.exitance(), {}}};
+    corners_.light(answer);
+    result.picture = 1e3 * (processor_seconds() - start);
+    result.elapsed = watch.milliseconds();
+    return result;
+  }
+
+ private:
+  std::size_t done(const render::Edit& edit) {
+    const std::size_t voxels = edited_.history().try_edit(edit);
+    edited_.history().commit();
+    return voxels;
+  }
+  forward::MediaOfChannels media() const { return edited_.media().channels; }
+
+  const render::World& world_;
+  Live& live_;
+  double voxel_mm_;
+  render::EditedObject edited_;
+  render::LitCorners corners_;
+};
 
 Frame moved_frame(Live& live, Entry entry) {
   std::vector<Frame> counted;
@@ -220,23 +311,22 @@ Frame moved_frame(Live& live, Entry entry) {
   return median_of(std::move(counted));
 }
 
-Json measured(const Published& paper, const render::World& world, const std::string& device) {
+Json measured(const Published& paper, const render::Scene& scene, const render::World& world,
+              const std::string& device) {
   Live live(world, paper.nodes, device);
   const TriangleMesh& mesh = world.objects()[0].mesh;
-  const auto plain = volume_of(mesh, live.cells(), false),
-             edited = volume_of(mesh, live.cells(), true);
-  live.set(plain);
+  live.set(volume_of(mesh, live.cells()));
   const Frame first = live.frame(first_degrees, Entry::beams),
               moved = moved_frame(live, Entry::beams);
   const auto error = live.error_of_last(last_degrees, Entry::beams);
   const Frame at_surface = moved_frame(live, Entry::surface);
   const auto surface_error = live.error_of_last(last_degrees, Entry::surface);
-  std::vector<Frame> edits;
-  live.frame(first_degrees, Entry::beams);
-  for (int k = 0; k < frames; ++k) {
-    edits.push_back(live.frame(first_degrees, Entry::beams, k % 2 == 0 ? &edited : &plain));
+  Strokes strokes(scene, world, live);
+  std::vector<StrokeFrame> edits;
+  for (std::size_t k = 0; k < frames; ++k) {
+    edits.push_back(strokes.stroke((2 * k + 1) * mesh.triangles.size() / (2 * frames)));
   }
-  const Frame edit = median_of(std::move(edits));
+  const StrokeFrame edit = median_of(std::move(edits));
   return {{"paper", paper.model},
           {"cells", live.cells()},
           {"unknowns", live.unknowns()},
@@ -259,12 +349,16 @@ Json measured(const Published& paper, const render::World& world, const std::str
           {"surface_iterations", at_surface.iterations},
           {"surface_diffusion_elapsed_ms", at_surface.diffusion_elapsed},
           {"surface_frame_elapsed_ms", at_surface.elapsed},
-          {"edit_media_ms", edit.media},
-          {"edit_light_ms", edit.light},
-          {"edit_diffusion_ms", edit.diffusion},
+          {"edit_voxels", edit.voxels},
+          {"edit_volume_ms", edit.volume},
+          {"edit_media_ms", edit.frame.media},
+          {"edit_light_ms", edit.frame.light},
+          {"edit_diffusion_ms", edit.frame.diffusion},
+          {"edit_exitance_ms", edit.frame.exitance},
+          {"edit_picture_ms", edit.picture},
           {"edit_ms", edit.whole()},
           {"edit_elapsed_ms", edit.elapsed},
-          {"edit_iterations", edit.iterations},
+          {"edit_iterations", edit.frame.iterations},
           {"paper_diffusion_fps", paper.diffusion},
           {"paper_fps", paper.whole},
           {"paper_coherent_fps", paper.coherent}};
@@ -275,21 +369,21 @@ Json measured(const Published& paper, const render::World& world, const std::str
 void measure_frames(const Request& request, Progress& progress, const Save& save) {
   const std::vector<std::string> files = request.words("files");
   std::vector<std::string> warnings;
-  const render::World world(scene_of(files.empty() ? "scenes/meshes/spot.ply" : files.front()),
-                            warnings);
+  const render::Scene scene = scene_of(files.empty() ? "scenes/meshes/spot.ply" : files.front());
+  const render::World world(scene, warnings);
   constexpr int toy = 8'000;
   std::vector<Published> table(std::begin(table_3), std::end(table_3));
   if (request.size == Size::small) table.resize(2);
   if (request.has("cells")) table = {{"edit", request.count("cells", 0), 1e3, 1e3, 1e3}};
   if (request.size == Size::quick) table = {{"hole", toy, 1e3 / 8.9, 80.0, 160.4}};
   // Kernels are compiled once, before the first frame that counts.
-  measured({"none", toy, 1.0, 1.0, 1.0}, world, request.device);
+  measured({"none", toy, 1.0, 1.0, 1.0}, scene, world, request.device);
   Json rows = Json::array();
   for (const Published& paper : table) {
     progress.update("bench polygrid frames",
                     static_cast<double>(rows.size()) / static_cast<double>(table.size()),
                     std::to_string(paper.nodes) + " cells");
-    rows.push_back(measured(paper, world, request.device));
+    rows.push_back(measured(paper, scene, world, request.device));
     save({{"size_mm", live_mm}, {"degrees_per_frame", degrees_per_frame}, {"rows", rows}});
   }
 }

@@ -123,6 +123,73 @@ TEST_F(EditCommand, ItsOwnRecipeIsReplayed) {
             io::read_text(folder() / "b" / "volume.vdb"));
 }
 
+/// A scene's object of every kind: what is written is a scene that `kappamu render` shows, and the
+/// same again by its own recipe.
+TEST_F(EditCommand, EditsObjectsOfScenes) {
+  fs::create_directories(folder() / "scenes");
+  const auto scene_of = [&](const std::string& material) {
+    io::write_text_atomically(folder() / "scenes" / "scene.json",
+                              R"({"format": "kappamu-scene", "version": 1, "_comment": "a ball",
+    "objects": [{"name": "ball", "shape": "sphere", "size_mm": 20, "material": )" +
+                                  material + R"(}],
+    "lights": [{"kind": "environment", "radiance": 0.1}],
+    "camera": {"position_mm": [0, 0, 80], "target_mm": [0, 0, 0], "fov_deg": 16},
+    "film": {"width": 8, "height": 8, "samples": 1}, "model": {"name": "dipole-rotated"}})");
+  };
+  const auto edit_scene = [&](const std::string& more, const char* out) {
+    return kappamu("edit " + path("scenes/scene.json") + " --recipe " + path("r.json") + more +
+                   " -o " + path(out));
+  };
+  write_recipe(R"({"operation": "multiply", "mu": 30, "channels": ["R", "G", "B"],
+    "where": {"kind": "depth", "frame": "object", "from_mm": 0, "to_mm": 1.5}})");
+  for (const char* material :
+       {R"({"published": "marble"})", R"({"kappa_mm": 0.3, "mu_per_mm": [0.01, 0.02, 0.03]})",
+        R"({"volume": "../rgb.vdb", "placement": "shell"})",
+        R"({"volume": "../rgb.vdb", "placement": "mirror", "turn_deg": [30, 0, 0]})"}) {
+    io::VolumeSet rgb = io::read_volume(folder() / "run" / "fit" / "volume.vdb");
+    rgb.channels = {"R", "G", "B"};
+    rgb.media.push_back(rgb.media.back());
+    rgb.eta.reset();
+    io::write_vdb(folder() / "rgb.vdb", rgb);
+    scene_of(material);
+    const ProcessResult first = edit_scene(" --voxel 0.9", "a");
+    ASSERT_EQ(first.exit_code, 0) << material << first.standard_error;
+    ASSERT_EQ(kappamu("edit " + path("scenes/scene.json") + " --recipe " + path("a/recipe.json") +
+                      " -o " + path("b"))
+                  .exit_code,
+              0);
+    EXPECT_EQ(io::read_text(folder() / "a" / "volume.vdb"),
+              io::read_text(folder() / "b" / "volume.vdb"))
+        << material;
+    const auto scene = nlohmann::json::parse(io::read_text(folder() / "a" / "scene.json"));
+    EXPECT_EQ(scene["_comment"], "a ball");
+    EXPECT_EQ(scene["objects"][0]["material"]["volume"], "volume.vdb");
+    EXPECT_EQ(scene["model"]["name"], "embedded");
+  }
+  // All of a homogeneous object: it stays one, and its model too.
+  scene_of(R"({"published": "marble"})");
+  write_recipe(R"({"operation": "set", "albedo": [0.8, 0.5, 0.3], "where": {"kind": "all"}},
+    {"operation": "surface", "roughness": 0.7})");
+  ASSERT_EQ(edit_scene("", "whole").exit_code, 0);
+  EXPECT_FALSE(fs::exists(folder() / "whole" / "volume.vdb"));
+  const auto scene = nlohmann::json::parse(io::read_text(folder() / "whole" / "scene.json"));
+  EXPECT_EQ(scene["objects"][0]["surface"]["roughness"], 0.7);
+  EXPECT_EQ(scene["objects"][0]["surface"]["eta"], 1.5);
+  EXPECT_EQ(scene["model"]["name"], "dipole-rotated");
+  const ProcessResult picture = kappamu("render " + path("whole/scene.json") + " -o " + path("p"));
+  EXPECT_TRUE(picture.exit_code == 0 || picture.exit_code == 3) << picture.standard_error;
+  expect_one_sentence(edit_scene(" --object bowl", "out"),
+                      "has no object 'bowl'; name one of ball");
+  write_recipe(R"({"operation": "multiply", "mu": 2, "where": {"kind": "box", "frame": "object",
+    "from_mm": [0, 0, 0], "to_mm": [1, 1, 1]}})");
+  // A volume by itself is a block whose frame begins in its middle: 3 x 2.5 x 2 mm.
+  ASSERT_EQ(edit("block").exit_code, 0);
+  const io::VolumeSet block = io::read_volume(folder() / "block" / "volume.vdb");
+  EXPECT_FLOAT_EQ(static_cast<float>(block.media[0].mu(3, 3, 2)), 0.02F);
+  EXPECT_FLOAT_EQ(static_cast<float>(block.media[0].mu(2, 3, 2)), 0.01F);
+  expect_one_sentence(edit_scene(" --voxel 0.001", "out"), "are too many");
+}
+
 TEST_F(EditCommand, RefusesInOneSentenceAndLeavesNothing) {
   write_recipe(
       R"({"operation": "multiply", "mu": 3, "channels": ["X"], "where": {"kind": "all"}})");

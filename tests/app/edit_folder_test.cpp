@@ -21,14 +21,14 @@ class EditFolderTest : public TemporaryFolderTest {
     io::write_vdb(source(), set);
   }
   std::filesystem::path source() const { return folder() / "volume.vdb"; }
-  EditFolder made() const { return {folder() / "edits", source()}; }
-  render::EditHistory unedited() const { return render::EditHistory(io::read_volume(source())); }
-  static void multiply(render::EditHistory& history, double factor) {
+  EditFolder made() const { return {folder() / "edits", EditSource{nullptr, 0, source()}}; }
+  render::EditedObject unedited() const { return render::EditedObject(source()); }
+  static void multiply(render::EditedObject& edited, double factor) {
     render::Edit edit;
-    edit.mu = factor;
+    edit.mu = {factor};
     edit.where = render::BoxSelection{{0, 0, 0}, {2, 2, 2}};
-    history.try_edit(edit);
-    history.commit();
+    edited.history().try_edit(edit);
+    edited.history().commit();
   }
 
   const GridShape shape_{6, 5, 4, 1.0};
@@ -40,51 +40,53 @@ TEST_F(EditFolderTest, LeavesNoTraceBeforeTheFirstEdit) {
 }
 
 TEST_F(EditFolderTest, UnsavedEditsComeBackAndAreGoneWhenDiscarded) {
-  render::EditHistory history = unedited();
-  multiply(history, 3.0);
+  render::EditedObject edited = unedited();
+  multiply(edited, 3.0);
   EditFolder edits = made();
-  edits.keep(history.recipe());
-  EXPECT_FALSE(edits.is_saved(history.recipe()));
+  edits.keep(edited.recipe());
+  EXPECT_FALSE(edits.is_saved(edited.recipe()));
 
-  render::EditHistory next = unedited();
+  render::EditedObject next = unedited();
   EditFolder again = made();
   ASSERT_TRUE(again.has_edits());
   again.restore(next);
-  EXPECT_EQ(next.volume().media[1].mu.values(), history.volume().media[1].mu.values());
+  EXPECT_EQ(next.history().volume().media[1].mu.values(),
+            edited.history().volume().media[1].mu.values());
   EXPECT_FALSE(again.is_saved(next.recipe()));
   again.discard();
   EXPECT_FALSE(std::filesystem::exists(folder() / "edits"));
 }
 
 TEST_F(EditFolderTest, UnsavedEditsGoBeforeSavedOnes) {
-  render::EditHistory history = unedited();
-  multiply(history, 3.0);
+  render::EditedObject edited = unedited();
+  multiply(edited, 3.0);
   EditFolder edits = made();
-  edits.keep(history.recipe());
-  edits.save(history.recipe());
-  EXPECT_TRUE(edits.is_saved(history.recipe()));
+  edits.keep(edited.recipe());
+  edits.save(edited);
+  EXPECT_TRUE(edits.is_saved(edited.recipe()));
   EXPECT_FALSE(std::filesystem::exists(edits.unsaved_file()));
-  multiply(history, 0.5);
-  edits.keep(history.recipe());
+  multiply(edited, 0.5);
+  edits.keep(edited.recipe());
 
-  render::EditHistory next = unedited();
+  render::EditedObject next = unedited();
   EditFolder again = made();
   again.restore(next);
   EXPECT_EQ(next.recipe().edits.size(), 2U);
   EXPECT_FALSE(again.is_saved(next.recipe()));
-  next.undo();
+  next.history().undo();
   EXPECT_TRUE(again.is_saved(next.recipe()));
   again.keep(next.recipe());
   EXPECT_FALSE(std::filesystem::exists(again.unsaved_file()));
 }
 
 TEST_F(EditFolderTest, RefusesEditsOfAnotherVolume) {
-  render::EditHistory history = unedited();
-  multiply(history, 3.0);
-  made().save(history.recipe());
+  render::EditedObject edited = unedited();
+  multiply(edited, 3.0);
+  made().save(edited);
   io::VolumeSet other = io::read_volume(source());
   other.media[2].kappa(5, 4, 3) = 0.31;
-  render::EditHistory next(other);
+  io::write_vdb(source(), other);
+  render::EditedObject next = unedited();
   EXPECT_THROW(made().restore(next), InputError);
 }
 

@@ -177,5 +177,65 @@ TEST_F(RenderCommand, RefusesInOneSentence) {
   EXPECT_EQ(kappamu("render -o " + path("out")).exit_code, 2);
 }
 
+// Frames that are there of the same inputs stay; a change renders those that it concerns alone.
+TEST_F(RenderCommand, FramesGoOnWhereTheyWereAndFollowTheirInputs) {
+  write_scene("dipole-rotated");
+  const auto write_frames = [&](int last) {
+    io::write_text_atomically(
+        folder() / "frames.json",
+        json{{"format", "kappamu-frames"},
+             {"version", 1},
+             {"frames", 3},
+             {"tracks",
+              {{{"field", "camera.position_mm"},
+                {"keys", {{0, {0, 0, 50}}, {1, {0, 0, 49}}, {2, {0, 0, last}}}}}}}}
+            .dump());
+  };
+  const auto render = [&] {
+    const ProcessResult result = kappamu("--json render " + path("scene.json") + " --frames " +
+                                         path("frames.json") + " -o " + path("film"));
+    EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+    return json::parse(last_line(result.standard_output));
+  };
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["model"].erase("photons");
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  write_frames(48);
+  EXPECT_EQ(render()["rendered"], 3);
+  EXPECT_EQ(render()["kept"], 3);
+  write_frames(40);
+  const json changed = render();
+  EXPECT_EQ(changed["rendered"], 1);
+  EXPECT_EQ(changed["kept"], 2);
+  std::vector<json> summaries;
+  for (const char* name : {"frame-00000", "frame-00001", "frame-00002"}) {
+    EXPECT_TRUE(fs::exists(folder() / "film" / (name + std::string(".png"))));
+    summaries.push_back(
+        json::parse(io::read_text(folder() / "film" / (name + std::string(".json")))));
+  }
+  EXPECT_EQ(summaries[0]["picture"]["exposure"], summaries[2]["picture"]["exposure"]);
+
+  // An attempt that ends at a frame that cannot be keeps those before it.
+  io::write_text_atomically(folder() / "bad.json", R"({"format": "kappamu-frames", "version": 1,
+      "frames": 3, "tracks": [{"field": "camera.position_mm",
+                               "keys": [[0, [0, 0, 60]], [1, [0, 0, 30]], [2, [0, 0, 2]]]}]})");
+  const ProcessResult bad = kappamu("render " + path("scene.json") + " --frames " +
+                                    path("bad.json") + " -o " + path("other"));
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_THAT(bad.standard_error,
+              testing::HasSubstr("frame 2: the camera is inside object 'ball'"));
+  EXPECT_TRUE(fs::exists(folder() / "other" / "frames.partial" / "frame-00001.png"));
+}
+
+TEST_F(RenderCommand, ATurntableIsAsManyPictures) {
+  write_scene("embedded");
+  const ProcessResult result = kappamu("--json render " + path("scene.json") +
+                                       " --model dipole-rotated --turntable 2 -o " + path("turn"));
+  EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_EQ(json::parse(last_line(result.standard_output))["frames"], 2);
+  EXPECT_TRUE(fs::exists(folder() / "turn" / "frame-00001.png"));
+  EXPECT_FALSE(fs::exists(folder() / "turn" / "frame-00002.png"));
+}
+
 }  // namespace
 }  // namespace kappamu::app

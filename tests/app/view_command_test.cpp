@@ -146,7 +146,7 @@ class ViewEdits : public ViewCommand {
     return most;
   }
   void expect_repeated_by_the_command_line() const {
-    ASSERT_EQ(kappamu("edit " + path("volume.vdb") + " --recipe " + path("edited/recipe.json") +
+    ASSERT_EQ(kappamu("edit " + path("scene.json") + " --recipe " + path("edited/recipe.json") +
                       " -o " + path("again"))
                   .exit_code,
               0);
@@ -169,7 +169,7 @@ TEST_F(ViewEdits, TakesBackAndSavesWhatTheCommandLineRepeats) {
   ASSERT_EQ(result.exit_code, 0) << result.standard_error;
   const json summary = json::parse(last_line(result.standard_output));
   EXPECT_EQ(summary["model"], "grid");
-  EXPECT_EQ(summary["saved"].size(), 2);
+  EXPECT_EQ(summary["saved"].size(), 3);
 
   EXPECT_LT(mean_colour(folder() / "painted.png")[0], 0.8 * mean_colour(folder() / "plain.png")[0]);
   // Answers start from the last one, so that equal states agree to the tolerance of the equations.
@@ -250,6 +250,35 @@ TEST_F(ViewEdits, RefusesWhatARecipeOrAFolderCannotHold) {
   expect_one_sentence(view("quit\n", " --edits " + path("edited"), ""), "another volume");
 }
 
+/// What the papers edit: a homogeneous object, by a stroke of the brush and a preset. The window
+/// leaves what the command line makes of the same recipe, and `kappamu render` shows it.
+TEST_F(ViewEdits, EditsAHomogeneousObject) {
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["objects"] = {{{"name", "ball"},
+                       {"shape", "sphere"},
+                       {"size_mm", 20},
+                       {"material", {{"published", "marble"}}}}};
+  scene["camera"]["position_mm"] = {0, 0, 100};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const json all{{"operation", "set"}, {"published", "skin1"}, {"where", {{"kind", "all"}}}};
+  io::write_text_atomically(
+      folder() / "skin.json",
+      json{{"format", "kappamu-edit"}, {"version", 1}, {"edits", {all}}}.dump());
+  const ProcessResult result = view(
+      "panel off\nscreenshot plain.png\npreview skin.json\nkeep\nscreenshot skin.png\n"
+      "brush multiply mu 20 3 3\npaint 40 32 56 32\nscreenshot painted.png\nsave\nquit\n",
+      " --edits " + path("edited"));
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_LT(mean_colour(folder() / "skin.png")[2], 0.8 * mean_colour(folder() / "plain.png")[2]);
+  EXPECT_LT(mean_colour(folder() / "painted.png")[0], 0.9 * mean_colour(folder() / "skin.png")[0]);
+  expect_repeated_by_the_command_line();
+  EXPECT_EQ(json::parse(io::read_text(folder() / "again/scene.json")),
+            json::parse(io::read_text(folder() / "edited/scene.json")));
+}
+
 /// Beside the volume's own box, where it lies mirrored: the stroke edits what is seen there.
 TEST_F(ViewEdits, PaintsOnAMirroredVolume) {
   json scene = json::parse(io::read_text(folder() / "scene.json"));
@@ -300,6 +329,49 @@ TEST_F(ViewEdits, KilledLeavesAWholeRecipeAndVolume) {
           .exit_code,
       0);
   expect_repeated_by_the_command_line();
+}
+
+// By the window's own path: a shape that deforms, by a list and by a drag, and one that it does not
+// bear.
+TEST_F(ViewCommand, ScriptsDeformObjects) {
+  io::write_text_atomically(folder() / "rod.json", R"({"format": "kappamu-scene", "version": 1,
+      "objects": [{"name": "rod", "shape": "cylinder", "proportion": 0.2, "size_mm": 30,
+                   "material": {"published": "marble"}}],
+      "lights": [{"kind": "directional", "direction": [0, 0, -1], "irradiance": 1}],
+      "camera": {"position_mm": [0, 0, 120], "target_mm": [0, 0, 0], "fov_deg": 18},
+      "film": {"width": 64, "height": 64}})");
+  const auto list = [&](const char* name, int degrees) {
+    io::write_text_atomically(
+        folder() / name,
+        json{{{"kind", "bend"}, {"degrees", degrees}, {"axis", {0, 0, 1}}}}.dump());
+  };
+  list("some.json", 60);
+  list("much.json", 360);
+  const auto viewed = [&](const std::string& script) {
+    io::write_text_atomically(folder() / "script.txt", script);
+    return run_process("xvfb-run -a " KAPPAMU_PROGRAM " --json view " + path("rod.json") +
+                       " --script " + path("script.txt") + " -o " + folder().string());
+  };
+  const ProcessResult result = viewed(
+      "panel off\nscreenshot rest.png\ndeform rod some.json moving\ndeform rod some.json\n"
+      "screenshot bent.png\ndrag pull 32 32 34 31 4\nscreenshot pulled.png\nlinks anew\n"
+      "deform rod some.json\nscreenshot again.png\n");
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  const json summary = json::parse(last_line(result.standard_output));
+  EXPECT_GT(summary["shape_ms"]["incremental"], 0.0);
+  EXPECT_GT(summary["shape_ms"]["on the fly"], 0.0);
+  const auto picture = [&](const char* name) {
+    return io::read_code_image(folder() / name).values();
+  };
+  EXPECT_NE(picture("rest.png"), picture("bent.png"));
+  EXPECT_NE(picture("bent.png"), picture("pulled.png"));
+  EXPECT_THAT(viewed("deform rod much.json\n").standard_error,
+              testing::HasSubstr("deform[0], bend of 360 degrees, makes the surface cross itself"));
+  EXPECT_THAT(viewed("deform cone some.json\n").standard_error,
+              testing::HasSubstr("there is no object 'cone'"));
 }
 
 /// Of a run: the photographs of its patterns, beside what the volume predicts.

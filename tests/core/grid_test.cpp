@@ -65,6 +65,10 @@ TEST(Medium, NamesTheFirstBadVoxel) {
   medium.mu(0, 0, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(sentence_of([&] { validate(medium, "m.npy"); }),
               HasSubstr("mu is nan at voxel x=0 y=0 z=1"));
+  const GridShape tiny{3, 2, 2, 1e-30};
+  const Medium of_tiny{Volume<double>(tiny, 0.2), Volume<double>(tiny, 0.0)};
+  EXPECT_EQ(sentence_of([&] { validate(of_tiny, "k.npy"); }),
+            "k.npy: the voxels' edge is 1e-30 mm; it must lie between 1e-06 and 1e+06");
 }
 
 SurfaceMeasurements small_measurements() {

@@ -117,7 +117,7 @@ TEST_F(AtomicFile, FileSizeLimitGivesOneSentence) {
   });
   EXPECT_EQ(sentence, "cannot write " + (folder_ / "a.bin").string() +
                           ": File too large; the file system or a limit of this account refuses a "
-                          "file of this size, choose another folder (-o)");
+                          "file of this size, choose another folder");
   EXPECT_EQ(read_text(folder_ / "a.bin"), "old");
   EXPECT_THAT(listing(), testing::UnorderedElementsAre("a.bin", "note"));
 }
@@ -145,7 +145,7 @@ TEST_F(AtomicFile, FullDiskGivesOneSentence) {
   });
   if (report.empty()) GTEST_SKIP() << "this account may not mount a small file system";
   EXPECT_EQ(report, "cannot write " + (disk / "x.npy").string() +
-                        ": No space left on device; free space or choose another folder (-o)"
+                        ": No space left on device; free space or choose another folder"
                         "|old|x.npy");
 }
 

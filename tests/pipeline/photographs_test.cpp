@@ -139,6 +139,38 @@ TEST_F(Photographs, AScannedBracketWithBordersAndGrainIsNotAccused) {
   for (const double ratio : ratios) EXPECT_NEAR(ratio, middle, 0.1);
 }
 
+/// Codes of 12 bits among codes of 16, both in 16-bit files, without dark frames: the black level
+/// that such frames suggest must not pass for noise.
+TEST_F(Photographs, ADarkerScaleOfCodesIsReported) {
+  fs::create_directories(folder() / "photographs");
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto write = [&](const char* name, double exposure_s, int shift) {
+    Image<std::uint16_t> codes(160, 120, 1);
+    for (int y = 0; y < codes.height(); ++y) {
+      for (int x = 0; x < codes.width(); ++x) {
+        const double light =
+            65535.0 * exposure_s * (1.0 + 0.05 * x + 2.0 * std::sin(0.1 * y) + 2.0);
+        codes(x, y) = static_cast<std::uint16_t>(
+            std::lround(light + std::sqrt(3.0 * light) * normal(random)));
+        codes(x, y) = static_cast<std::uint16_t>(codes(x, y) >> shift);
+      }
+    }
+    io::write_code_image(folder() / "photographs" / name, codes, 16);
+  };
+  std::ofstream(folder() / "table.csv") << "file,shot,exposure_s\na.png,lit,0.02\nb.png,lit,0.07\n";
+  const capture::PhotographSource bracket{folder() / "photographs", folder() / "table.csv"};
+  const auto merge = [&] {
+    merge_photographs(bracket, capture::Encoding::linear, {}, folder() / "out", silent_);
+  };
+  write("b.png", 0.07, 0);
+  write("a.png", 0.02, 0);
+  EXPECT_NO_THROW(merge());
+  write("a.png", 0.02, 4);
+  EXPECT_THAT(merge, ::testing::ThrowsMessage<InputError>(
+                         ::testing::HasSubstr("a.png: its light fits an exposure time of 0.0012")));
+}
+
 TEST_F(Photographs, BoardsAloneGiveTheSessionsCamera) {
   const capture::Session session = capture::read_session(tiny_session());
   add(session, session.calibration.camera_boards, "board");

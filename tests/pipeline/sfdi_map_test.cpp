@@ -4,12 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 #include <string>
 
 #include "core/random.h"
+#include "forward/lateral/chromophores.h"
 #include "io/npy.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
@@ -119,6 +121,118 @@ TEST(SfdiMap, NoiseDeviationsAreTheSpreadOverPixels) {
   const auto noise = m.parts[static_cast<std::size_t>(Part::noise)];
   EXPECT_NEAR(region.spread[0] / (noise[0] * tissue.mua), 1.0, 0.15);
   EXPECT_NEAR(region.spread[1] / (noise[1] * tissue.musp), 1.0, 0.15);
+}
+
+/// A sample of haemoglobin, water and a law of scattering at four wavelengths, on an absolute
+/// scale.
+TEST(SfdiMap, SeveralWavelengthsGiveAmountsSaturationAndTheLawOfScattering) {
+  const OwnFolder folder;
+  constexpr double oxygenated = 45.0, without = 15.0, water = 0.6, at_500nm = 1.6, exponent = 1.1;
+  std::string measurements;
+  for (const int nm : {560, 660, 850, 970}) {
+    const double mua = oxygenated * chromophore_absorption(Chromophore::hbo2, nm) +
+                       without * chromophore_absorption(Chromophore::hb, nm) +
+                       water * chromophore_absorption(Chromophore::water, nm);
+    const Sample sample{mua, at_500nm * std::pow(nm / 500.0, -exponent)};
+    std::string files;
+    for (const int degrees : {0, 120, 240}) {
+      const std::string name = std::to_string(nm) + "_" + std::to_string(degrees) + ".npy";
+      draw(folder / name, sample, degrees, frequency, 0.0, 1);
+      files += (files.empty() ? "\"" : ", \"") + name + "\"";
+    }
+    measurements += (measurements.empty() ? "" : ", ") + std::string(R"({"wavelength_nm": )") +
+                    std::to_string(nm) + R"(, "per_mm": 0.2, "sample": [)" + files + "]}";
+  }
+  const std::string scale = R"("codes_per_reflectance": 500)";
+  const Maps maps =
+      map(folder, measurements, scale, R"("spectra": {"absorbers": ["hbo2", "hb", "water"]}, )");
+  const int x = side - 1;  // where the shade is nearly 1
+  const auto near = [&](const std::string& name, double truth, double relative) {
+    const auto found = std::find_if(maps.spectral.begin(), maps.spectral.end(),
+                                    [&](const SpectralMap& map) { return map.name == name; });
+    ASSERT_NE(found, maps.spectral.end()) << name;
+    EXPECT_NEAR(found->value(x, 40) / truth, 1.0, relative) << name;
+  };
+  near("hbo2", oxygenated, 0.03);
+  near("hb", without, 0.03);
+  near("water", water, 0.03);
+  near("saturation", oxygenated / (oxygenated + without), 0.01);
+  near("scattering_500nm", at_500nm, 0.02);
+  near("scattering_exponent", exponent, 0.02);
+
+  const auto refused = [&](const std::string& spectra, const std::string& part) {
+    const std::string sentence =
+        sentence_of([&] { map(folder, measurements, scale, R"("spectra": {)" + spectra + "}, "); });
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find(file_name), std::string::npos) << sentence;
+  };
+  refused(R"("absorbers": ["hbo2", "gold"])", "'gold' is no absorber");
+  refused(R"("absorbers": ["hbo2", "hbo2"])", "alike");
+  refused(R"("absorbers": ["hbo2", "hb", "water", "fat", "melanin"])", "for 4 wavelengths");
+  refused(R"("absorbers": ["../x"])", "small letters");
+  std::ofstream(folder / "ink.csv") << "wavelength_nm,ink\n500,0.1\n900,0.2\n";
+  refused(R"("absorbers": ["ink"], "file": "ink.csv")", "does not reach 970 nm");
+}
+
+/// A tilted, raised sample under a projector at 20 degrees, 300 mm away: heights by the fringes
+/// take out what distance and angle do to its light.
+TEST(SfdiMap, HeightAndTiltAreMeasuredAndCorrected) {
+  const OwnFolder folder;
+  constexpr double distance = 300.0, angle = 20.0 * std::numbers::pi / 180.0;
+  const double px = distance * std::sin(angle), pz = distance * std::cos(angle);
+  const forward::LateralReflectance model({1.4, 0.9, {}});
+  const auto draw_at = [&](const std::string& name, const Sample& sample, double degrees,
+                           double raised, double slope) {
+    std::vector<float> values;
+    for (int y = 0; y < side; ++y) {
+      for (int x = 0; x < side; ++x) {
+        const double u = (x - 0.5 * (side - 1)) * pixel_mm, v = (y - 0.5 * (side - 1)) * pixel_mm;
+        const double h = raised + slope * u;
+        // The ray from the projector through (u, v, h), on the plane.
+        const auto on_plane = [&](double at) {
+          const double z = raised + slope * at;
+          return px + pz / (pz - z) * (at - px);
+        };
+        const double frequency_here =
+            frequency * (on_plane(u + 0.01) - on_plane(u - 0.01)) / 0.02 / std::hypot(1.0, slope);
+        const double to_u = px - u, up = pz - h;
+        const double light = exposure * (up - slope * to_u) / std::hypot(1.0, slope) /
+                             std::pow(std::hypot(to_u, v, up), 3.0) * distance * distance *
+                             distance / pz;
+        const double phase = 2.0 * std::numbers::pi * (frequency * on_plane(u) + degrees / 360.0);
+        values.push_back(
+            static_cast<float>(light * (model(0.0, sample.mua, sample.musp).reflectance +
+                                        model(frequency_here, sample.mua, sample.musp).reflectance *
+                                            std::cos(phase))));
+      }
+    }
+    io::write_npy(folder / name, {side, side}, std::span<const float>(values));
+  };
+  for (const int degrees : {0, 120, 240}) {
+    draw_at("t" + std::to_string(degrees) + ".npy", tissue, degrees, 5.0, 0.15);
+    draw_at("p" + std::to_string(degrees) + ".npy", phantom, degrees, 0.0, 0.0);
+  }
+  const std::string exact =
+      R"("reference": {"coefficients": [{"wavelength_nm": 700, "absorption_per_mm": 0.02,
+         "reduced_scattering_per_mm": 1.0}]})";
+  const Maps corrected =
+      map(folder, three_phases, exact, R"("projector": {"degrees": 20, "distance_mm": 300}, )");
+  EXPECT_TRUE(corrected.warnings.empty()) << corrected.warnings.front();
+  const WavelengthMap& m = corrected.wavelengths.front();
+  for (const int x : {20, 48, 75}) {
+    EXPECT_NEAR(m.height_mm(x, 50), 5.0 + 0.15 * (x - 0.5 * (side - 1)) * pixel_mm, 0.02) << x;
+    EXPECT_NEAR(m.mua(x, 50) / tissue.mua, 1.0, 0.02) << x;
+    EXPECT_NEAR(m.musp(x, 50) / tissue.musp, 1.0, 0.02) << x;
+  }
+  const Maps flat = map(folder, three_phases, exact);
+  ASSERT_EQ(flat.warnings.size(), 1U);
+  EXPECT_NE(flat.warnings.front().find("higher or lower"), std::string::npos)
+      << flat.warnings.front();
+  EXPECT_GT(std::abs(flat.wavelengths.front().mua(48, 50) / tissue.mua - 1.0), 0.05);
+  const std::string sentence = sentence_of([&] {
+    map(folder, three_phases, exact, R"("projector": {"degrees": 0, "distance_mm": 300}, )");
+  });
+  EXPECT_NE(sentence.find("projector.degrees"), std::string::npos) << sentence;
 }
 
 TEST(SfdiMap, SaturatedPixelsAreLeftOutAndCounted) {

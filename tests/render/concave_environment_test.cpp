@@ -101,6 +101,7 @@ using Sky = std::function<double(const Vector3d&)>;
 struct Estimate {
   double mean = 0.0, deviation = 0.0;
   double direct = 0.0;  ///< of the mean, without reflections
+  double often = 0.0;   ///< of the mean, after more than four
 };
 
 /// Power that enters, before what leaves again.
@@ -138,7 +139,7 @@ Estimate entering(const TriangleMesh& mesh, const Sky& sky, unsigned seed) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   std::discrete_distribution<std::size_t> by_area(area.begin(), area.end());
   constexpr int paths = 60'000;
-  double sum = 0.0, squares = 0.0, direct = 0.0;
+  double sum = 0.0, squares = 0.0, direct = 0.0, often = 0.0;
   for (int path = 0; path < paths; ++path) {
     const Facet& start = facets[by_area(random)];
     double u = uniform(random), v = uniform(random);
@@ -167,11 +168,12 @@ Estimate entering(const TriangleMesh& mesh, const Sky& sky, unsigned seed) {
     sum += value;
     squares += value * value;
     if (reflections == 0) direct += value;
+    if (reflections > 4) often += value;
   }
   const double whole = pi * std::accumulate(area.begin(), area.end(), 0.0);
   const double mean = sum / paths;
   return {whole * mean, whole * std::sqrt((squares / paths - mean * mean) / paths),
-          whole * direct / paths};
+          whole * direct / paths, whole * often / paths};
 }
 
 class ConcaveEnvironment : public testing::Test {
@@ -228,9 +230,11 @@ class ConcaveEnvironment : public testing::Test {
       const Estimate theirs =
           entering(mesh, even ? Sky([](const Vector3d&) { return 1.0; }) : uneven, seed);
       const double found = ours(mesh, light);
-      std::printf("%s sky: %.2f, paths %.2f +- %.2f, of it mirrored %.2f %%\n",
-                  even ? "even" : "uneven", found, theirs.mean, theirs.deviation,
-                  100.0 * (1.0 - theirs.direct / theirs.mean));
+      std::printf(
+          "%s sky: %.2f, paths %.2f +- %.2f, of it mirrored %.2f %%, over four times %.1e\n",
+          even ? "even" : "uneven", found, theirs.mean, theirs.deviation,
+          100.0 * (1.0 - theirs.direct / theirs.mean), theirs.often / theirs.mean);
+      EXPECT_LT(theirs.often, 1e-4 * theirs.mean);
       // Of our own rays, 4 million on the body.
       constexpr double noise = 1e-3;
       EXPECT_NEAR(found, theirs.mean, 4.0 * theirs.deviation + noise * theirs.mean);

@@ -253,5 +253,33 @@ TEST(EmbreeCaster, ThreadsAgree) {
   EXPECT_EQ(distances(1), distances(4));
 }
 
+// However far and often a mesh moves, rays meet it where they meet a caster made of it.
+TEST(MovableCaster, MeetsWhatANewCasterMeets) {
+  TriangleMesh mesh = ball(1.0, 20, Vector3d::Zero());
+  const auto moved = make_embree_caster(mesh);
+  Directions draw;
+  for (const double stretch : {1.1, 3.0, 0.2}) {
+    for (Vector3d& vertex : mesh.vertices) {
+      vertex = Vector3d(stretch * vertex.x() + 2.0, vertex.y() + 0.3 * std::sin(3.0 * vertex.z()),
+                        vertex.z());
+    }
+    moved->move(mesh.vertices);
+    const auto fresh = make_embree_caster(mesh);
+    const Eigen::AlignedBox3d box = bounding_box(mesh);
+    int met = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vector3d origin = box.center() + 2.0 * box.sizes().cwiseProduct(draw());
+      const Vector3d direction = box.center() + 0.3 * box.sizes().cwiseProduct(draw()) - origin;
+      const auto one = moved->first_hit(origin, direction);
+      const auto other = fresh->first_hit(origin, direction);
+      ASSERT_EQ(one.has_value(), other.has_value());
+      if (!one) continue;
+      ++met;
+      EXPECT_NEAR(one->distance, other->distance, 1e-9);
+    }
+    EXPECT_GT(met, 200);
+  }
+}
+
 }  // namespace
 }  // namespace kappamu::render

@@ -4,12 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.h"
 #include "forward/registry.h"
 #include "io/polycube_file.h"
 #include "render/light/incident_light.h"
 #include "render/live/light_handle.h"
-#include "render/scene/published_materials.h"
+#include "render/material/published_materials.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
 
@@ -192,6 +194,115 @@ TEST(LiveScene, FollowsTheEnvironment) {
   const auto& is = after.exitance[0].diffuse[1];
   for (std::size_t t = 0; t < was.size(); ++t) {
     EXPECT_NEAR(is[t], 2.0 * was[t], 1e-6 * is[t]) << t;  // images are of single precision
+  }
+}
+
+/// A scene of a shape, in marble, under a spot and an even sky.
+Scene lit_shape(const char* shape, double proportion) {
+  Scene scene = lit_ball();
+  scene.objects[0].shape = std::string(shape);
+  scene.objects[0].proportion = proportion;
+  SpotLight spot;
+  spot.point = {{20.0, 40.0, 60.0}, {1.0, 0.9, 0.8}, 70.0};
+  spot.cone_deg = 40.0;
+  scene.lights[0] = spot;
+  return scene;
+}
+
+Deformation along_z(DeformKind kind, double degrees) {
+  Deformation deformation;
+  deformation.kind = kind;
+  deformation.amount = degrees;
+  deformation.axis = Eigen::Vector3d::UnitZ();
+  return deformation;
+}
+
+double apart(const LiveAnswer& one, const LiveAnswer& other, const Surface& surface) {
+  double difference = 0.0, size = 0.0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t t = 0; t < surface.size(); ++t) {
+      const double exact = other.exitance[0].exitance[c][t];
+      difference += surface.area[t] * std::pow(one.exitance[0].exitance[c][t] - exact, 2);
+      size += surface.area[t] * exact * exact;
+    }
+  }
+  return std::sqrt(difference / size);
+}
+
+// After any way through shapes, the answer at rest is that of a scene which had the shape at once.
+TEST(LiveShape, AnswerAtRestIsTheAnswerFromScratch) {
+  constexpr double promised = 0.01;
+  for (const auto& [shape, proportion] : {std::pair{"slab", 0.3}, std::pair{"candle", 0.5}}) {
+    Scene scene = lit_shape(shape, proportion);
+    std::vector<std::string> warnings;
+    LiveScene live(scene, {}, warnings);
+    Progress progress;
+    live.answer({scene.lights, {}}, progress);
+    std::vector<Deformation> deform{along_z(DeformKind::twist, 0.0), Deformation()};
+    deform[1].kind = DeformKind::noise;
+    deform[1].amount = 0.3;
+    deform[1].wavelength_mm = 4.0;
+    LiveAnswer last;
+    for (const double degrees : {10.0, 25.0, 55.0, 40.0}) {
+      deform[0].amount = degrees;
+      last = live.answer({scene.lights, {}, "", {{{0, deform}}, true}}, progress);
+      EXPECT_EQ(last.mode, "incremental");
+      EXPECT_EQ(last.moved.size(), 1U);
+    }
+    last = live.answer({scene.lights, {}, "", {{{0, deform}}, false}}, progress);
+    EXPECT_TRUE(last.caught_up);
+    scene.objects[0].deform = deform;
+    LiveScene fresh(scene, {}, warnings);
+    EXPECT_LT(
+        apart(last, fresh.answer({scene.lights, {}}, progress), fresh.world().objects()[0].surface),
+        promised)
+        << shape;
+    // And what is drawn is what was solved.
+    live.show(last);
+    EXPECT_EQ(live.world().objects()[0].mesh.vertices, fresh.world().objects()[0].mesh.vertices);
+    const LiveAnswer still = live.answer({scene.lights, {}, "", {{{0, deform}}, false}}, progress);
+    EXPECT_EQ(still.mode, "static");
+    EXPECT_TRUE(still.moved.empty());
+  }
+}
+
+TEST(LiveShape, AShapeThatCrossesItselfIsTakenBack) {
+  const Scene scene = lit_shape("cylinder", 0.1);
+  std::vector<std::string> warnings;
+  LiveScene live(scene, {}, warnings);
+  Progress progress;
+  std::vector<Deformation> bend{along_z(DeformKind::bend, 90.0)};
+  const LiveAnswer good = live.answer({scene.lights, {}, "", {{{0, bend}}, false}}, progress);
+  EXPECT_TRUE(good.shape_refused.empty()) << good.shape_refused;
+  bend[0].amount = 360.0;
+  EXPECT_TRUE(
+      live.answer({scene.lights, {}, "", {{{0, bend}}, true}}, progress).shape_refused.empty());
+  const LiveAnswer bad = live.answer({scene.lights, {}, "", {{{0, bend}}, false}}, progress);
+  EXPECT_THAT(bad.shape_refused,
+              testing::HasSubstr("object 'ball': deform[0], bend of 360 degrees"));
+  EXPECT_EQ(bad.moved.at(0), good.moved.at(0));
+}
+
+// A model that keeps nothing follows too: it is asked for the shape as it is.
+TEST(LiveShape, EveryLiveModelFollows) {
+  Scene scene = lit_shape("slab", 0.4);
+  scene.objects[0].size_mm = 12.0;
+  std::vector<std::string> warnings;
+  const std::vector<Deformation> twist{along_z(DeformKind::twist, 30.0)};
+  LiveScene live(scene, {}, warnings);
+  Progress progress;
+  for (const char* model : {"polygrid", "embedded"}) {
+    const LiveAnswer answer =
+        live.answer({scene.lights, {}, model, {{{0, twist}}, false}}, progress);
+    Scene twisted = scene;
+    twisted.objects[0].deform = twist;
+    LiveOptions options;
+    options.model = model;
+    LiveScene fresh(twisted, options, warnings);
+    const LiveAnswer other = fresh.answer({scene.lights, {}}, progress);
+    EXPECT_EQ(answer.model, model);
+    EXPECT_EQ(answer.mode == "incremental", model == std::string("polygrid"));
+    EXPECT_LT(apart(answer, other, fresh.world().objects()[0].surface), 0.05) << model;
   }
 }
 

@@ -14,9 +14,10 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/material/published_materials.h"
+#include "render/scene/frames.h"
 #include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
-#include "render/scene/published_materials.h"
 #include "render/scene/world.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
@@ -51,12 +52,33 @@ json full_scene() {
        "material": {"volume": "run", "placement": "mirror", "turn_deg": [0, 0, 45], "offset_mm": [1, 0, 0]},
        "surface": {"eta": 1.4, "roughness": 0}, "polycube": "a.polycube.json"},
       {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
-       "material": {"published": "whole milk"}},
+       "material": {"published": "whole milk"},
+       "deform": [
+         {"kind": "pull", "mm": 1, "axis": [0, 2, 0], "brush": {"centre_mm": [0, 0, 2], "radius_mm": 3, "edge": 0.5}},
+         {"kind": "dent", "mm": -1, "brush": {"centre_mm": [0, 0, 2], "radius_mm": 3}},
+         {"kind": "twist", "degrees": 30, "axis": [1, 0, 0], "centre_mm": [0, 0, 1], "length_mm": 5},
+         {"kind": "bend", "degrees": 10, "axis": [0, 1, 0], "towards": [0, 0, 1], "length_mm": 9},
+         {"kind": "inflate", "mm": 0.1}, {"kind": "scale", "factor": 0.9},
+         {"kind": "noise", "mm": 0.2, "wavelength_mm": 3, "offset_mm": [1, 0, 0], "seed": 7}]},
       {"name": "c", "shape": "sphere", "size_mm": 5,
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
-               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}}],
+               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}},
+      {"name": "d", "shape": "sphere", "size_mm": 5, "position_mm": [30, 0, 0],
+       "material": {"volume": "run", "placement": "shell", "up": [0, 0, 1], "scale": 0.5,
+                    "texture_size_mm": [20, 30], "core": "mean-values", "seed": 4}},
+      {"name": "e", "shape": "sphere", "size_mm": 5, "position_mm": [60, 0, 0],
+       "material": {"layers": [
+         {"thickness_mm": 0.2, "material": {"mix": [{"published": "marble"}, {"published": "marble", "density": 10}],
+          "pattern": {"kind": "marble", "size_mm": 3, "octaves": 4, "turbulence": 0.5, "direction": [0, 1, 0], "seed": 2}}},
+         {"thickness_mm": 0.4, "material": {"subsurface": {"colour": [0.9, 0.5, 0.3], "radius_mm": 1, "anisotropy": 0.5}}},
+         {"material": {"around": {"attenuation": {"colour": 0.5, "distance_mm": 10}, "reduced_scattering_per_mm": 1},
+          "parts": [{"shape": "sphere", "size_mm": 1, "position_mm": [0, 1, 0],
+            "material": {"mix": [{"published": "marble"}, {"reduced_scattering_per_mm": 1, "absorption_per_mm": 5}],
+             "pattern": {"kind": "veins", "size_mm": 1, "width": 0.2}}}]}}]}},
+      {"name": "f", "shape": "cube", "size_mm": 2, "position_mm": [90, 0, 0], "edits": "f.recipe.json",
+       "material": {"kappa_mm": 0.3, "mu_per_mm": [0, 0.1, 0.2], "source": "edited"}}],
     "lights": [
       {"kind": "directional", "direction": [0, -2, 0], "irradiance": 1},
       {"kind": "point", "position_mm": [0, 50, 0], "irradiance": [1, 0.5, 0], "at_mm": 50},
@@ -123,7 +145,41 @@ std::vector<Edited> bad_scenes() {
       {"two materials", [](json& s) { s["objects"][0]["material"]["published"] = "milk"; },
        "objects[0].material must have exactly one"},
       {"a shell turned", [](json& s) { s["objects"][0]["material"]["placement"] = "shell"; },
-       "turn_deg has no meaning for a shell", false},
+       "turn_deg has no meaning for a shell"},
+      {"a solid with a core", [](json& s) { s["objects"][3]["material"]["placement"] = "stretch"; },
+       "belongs to"},
+      {"one material mixed",
+       [](json& s) {
+         s["objects"][4]["material"] = {{"mix", {1}}};
+       },
+       "objects[4].material.pattern is missing"},
+      {"a last layer that ends",
+       [](json& s) { s["objects"][4]["material"]["layers"][2]["thickness_mm"] = 1; },
+       "thickness_mm", false},
+      {"a layer that does not end",
+       [](json& s) { s["objects"][4]["material"]["layers"][0].erase("thickness_mm"); },
+       "layers[0].thickness_mm is missing", false},
+      {"veins turned",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][0]["material"]["pattern"]["kind"] = "veins";
+       },
+       "turbulence belongs to the kind marble", false},
+      {"a colour that does not absorb",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][1]["material"]["subsurface"]["colour"] = 1;
+       },
+       "subsurface.colour is 1", false},
+      {"an anisotropic Principled material",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][1]["material"]["subsurface"]["convention"] =
+             "principled";
+       },
+       "anisotropy belongs to the convention openpbr", false},
+      {"a part without a shape",
+       [](json& s) {
+         s["objects"][4]["material"]["layers"][2]["material"]["parts"][0].erase("shape");
+       },
+       "parts[0] must have either 'mesh'"},
       {"a polycube without a name", [](json& s) { s["objects"][0]["polycube"] = ""; },
        "objects[0].polycube is empty"},
       {"fur without a length", [](json& s) { s["objects"][2]["fur"].erase("length_mm"); },
@@ -134,6 +190,25 @@ std::vector<Edited> bad_scenes() {
        "objects[2].fur.reflectance is 'phong'"},
       {"seven bands", [](json& s) { s["objects"][2]["fur"]["bands"] = 7; },
        "objects[2].fur.bands is 7"},
+      {"a deformation of no kind", [](json& s) { s["objects"][1]["deform"][0].erase("kind"); },
+       "objects[1].deform[0] has no field 'kind'"},
+      {"an unknown deformation", [](json& s) { s["objects"][1]["deform"][4]["kind"] = "melt"; },
+       "objects[1].deform[4].kind is 'melt'"},
+      {"a pull of nothing in particular",
+       [](json& s) { s["objects"][1]["deform"][0].erase("brush"); },
+       "objects[1].deform[0].brush is missing"},
+      {"a twist in mm", [](json& s) { s["objects"][1]["deform"][2]["mm"] = 3; },
+       "objects[1].deform[2].mm is an unknown field"},
+      {"a scale of nothing", [](json& s) { s["objects"][1]["deform"][5]["factor"] = 0; },
+       "objects[1].deform[5].factor is 0"},
+      {"a bend along its axis",
+       [](json& s) {
+         s["objects"][1]["deform"][3]["towards"] = {0, -2, 0};
+       },
+       "objects[1].deform[3] bends along its axis", false},
+      {"a soft edge wider than the brush",
+       [](json& s) { s["objects"][1]["deform"][0]["brush"]["edge"] = 2; },
+       "objects[1].deform[0].brush.edge is 2"},
       {"no such material", [](json& s) { s["objects"][1]["material"]["published"] = "gold"; },
        "whole milk", false},
       {"negative absorption",
@@ -155,7 +230,17 @@ std::vector<Edited> bad_scenes() {
 
 TEST_F(SceneFile, ReadsEveryKind) {
   const Scene scene = read_scene(write("scene.json", full_scene().dump()));
-  ASSERT_EQ(scene.objects.size(), 3U);
+  ASSERT_EQ(scene.objects.size(), 6U);
+  EXPECT_EQ(std::get<HomogeneousMaterial>(scene.objects[5].material).mu_per_mm[2], 0.2);
+  EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "f.recipe.json"));
+  const Shell& shell = std::get<VolumeMaterial>(scene.objects[3].material).shell;
+  EXPECT_EQ(shell.up, Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(shell.texture_size_mm, Eigen::Vector2d(20.0, 30.0));
+  EXPECT_EQ(shell.core, Shell::Core::mean_values);
+  const auto& layers = std::get<std::shared_ptr<const ComposedMaterial>>(scene.objects[4].material);
+  EXPECT_EQ(std::get<ComposedMaterial::Layers>(layers->by).thickness_mm,
+            (std::vector<double>{0.2, 0.4}));
+  EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "run"));
   EXPECT_EQ(std::get<std::filesystem::path>(scene.objects[0].shape), folder_ / "a.obj");
   EXPECT_EQ(std::get<VolumeMaterial>(scene.objects[0].material).volume, folder_ / "run");
   EXPECT_EQ(scene.objects[0].polycube, folder_ / "a.polycube.json");
@@ -163,6 +248,12 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(scene.objects[1].proportion, 0.2);
   const auto& lab = std::get<HomogeneousMaterial>(scene.objects[2].material);
   EXPECT_DOUBLE_EQ(lab.kappa_mm[1], 1.0 / (3.0 * 2.01));
+  ASSERT_EQ(scene.objects[1].deform.size(), 7U);
+  EXPECT_EQ(scene.objects[1].deform[0].axis, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(scene.objects[1].deform[0].brush->edge, 0.5);
+  EXPECT_EQ(scene.objects[1].deform[2].kind, DeformKind::twist);
+  EXPECT_EQ(scene.objects[1].deform[2].length_mm, 5.0);
+  EXPECT_EQ(scene.objects[1].deform[6].seed, 7U);
   ASSERT_TRUE(scene.objects[2].fur);
   EXPECT_EQ(scene.objects[2].fur->tile(), 5.0);
   EXPECT_EQ(scene.objects[2].fur->comb, Eigen::Vector3d::UnitX());
@@ -216,6 +307,12 @@ TEST_F(SceneFile, ScenesOfTheGalleryAreRead) {
     ++count;
   }
   EXPECT_GE(count, 5U);
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(KAPPAMU_SOURCE_DIR) + "/scenes/frames")) {
+    const std::filesystem::path scenes = entry.path().parent_path().parent_path();
+    const Frames frames(scenes / entry.path().filename(), entry.path());
+    for (int i = 0; i < frames.count(); ++i) EXPECT_NO_THROW(frames.scene(i)) << entry.path();
+  }
 }
 
 TEST_F(SceneFile, NewSceneOfARunNamesItsVolume) {
@@ -248,11 +345,15 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
   EXPECT_EQ(refusal_of(good), "");
   Scene scene = good;
   scene.camera.position_mm = {1.0, 2.0, 3.0};
-  EXPECT_EQ(refusal_of(scene), "the camera is inside object 'ball'; change its position_mm");
+  EXPECT_EQ(refusal_of(scene),
+            "the camera is inside object 'ball'; change its position_mm, or give "
+            "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
   scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
-  EXPECT_EQ(refusal_of(scene), "light 2 is inside object 'ball'; change its position_mm");
+  EXPECT_EQ(refusal_of(scene),
+            "light 2 is inside object 'ball'; change its position_mm, or give "
+            "the mesh a void around it");
   scene = good;
   scene.objects.push_back(good.objects[0]);
   scene.objects[1].name = "other";

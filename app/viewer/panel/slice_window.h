@@ -11,7 +11,7 @@ namespace kappamu::app {
 class SliceWindow {
  public:
   /// Between ImGui's NewFrame and Render, with a context current.
-  /// `axes` are the volume's in the world, as LiveVolume has them, `camera` the view: the slice
+  /// `axes` are the volume's in the world, as Painter has them, `camera` the view: the slice
   /// stands upright in it.
   void draw(const io::VolumeSet& set, const Eigen::Matrix3d& axes, const render::Camera& camera,
             Slice& slice);

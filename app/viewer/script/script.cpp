@@ -7,8 +7,10 @@
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "io/json_node.h"
 #include "io/read_file.h"
 #include "io/text_stream.h"
+#include "render/scene/node_values.h"
 
 namespace kappamu::app::script {
 
@@ -20,15 +22,30 @@ std::optional<Command> brush_of(std::istringstream& words) {
   std::string operation, of;
   if (!(words >> operation >> of >> brush.amount >> brush.radius_mm >> brush.depth_mm))
     return std::nullopt;
-  if (of != "kappa" && of != "mu") return std::nullopt;
-  brush.of = of == "kappa" ? Brush::Of::kappa : Brush::Of::mu;
+  const auto term = value_of(brush_terms, of);
+  if (!term) return std::nullopt;
+  brush.of = *term;
   for (const Operation known :
        {Operation::multiply, Operation::add, Operation::set, Operation::blend}) {
-    if (operation != render::to_string(known)) continue;
+    if (operation != name_of(render::operation_names, known)) continue;
     brush.operation = known;
     if (brush.radius_mm > 0.0 && brush.depth_mm > 0.0) return brush;
   }
   return std::nullopt;
+}
+
+std::optional<Command> deform_of(std::istringstream& words, const std::filesystem::path& folder) {
+  Deform deform;
+  std::string file, moving;
+  if (!(words >> deform.object >> file)) return std::nullopt;
+  const io::JsonDocument document(folder / file, "docs/scene.md", io::JsonComments::allowed);
+  deform.deformations = render::read_deformations(document.root());
+  if (words >> moving) {
+    if (moving != "moving") return std::nullopt;
+    deform.moving = true;
+  }
+  words.clear();
+  return deform;
 }
 
 /// Recipes are named relative to `folder`, the script's.
@@ -93,6 +110,21 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
       show.axis = axis - 'x';
       return show;
     }
+  } else if (name == "deform") {
+    return deform_of(words, folder);
+  } else if (name == "drag") {
+    Drag drag;
+    std::string kind;
+    words >> kind >> drag.from.x() >> drag.from.y() >> drag.to.x() >> drag.to.y();
+    drag.kind = kind == "dent" ? render::DeformKind::dent : render::DeformKind::pull;
+    if (words >> drag.radius_mm && drag.radius_mm > 0.0 && (kind == "pull" || kind == "dent")) {
+      return drag;
+    }
+  } else if (name == "links") {
+    std::string how;
+    words >> how;
+    if (how == "kept") return Links::kept;
+    if (how == "anew") return Links::anew;
   } else if (name == "quit") {
     return Quit{};
   }

@@ -8,11 +8,16 @@
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
 //   channel all|R|G|B  which channels are shown
-//   brush OPERATION kappa|mu AMOUNT RADIUS DEPTH
+//   brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH
 //                      takes a brush in hand [mm]: multiply, add, set or blend
 //   paint X Y [X Y ...]
 //                      a stroke through points of the picture, from its top left corner [px]
 //   preview RECIPE     tries the one edit of a file as `kappamu edit --recipe` takes it
+//   deform OBJECT FILE [moving]
+//                      the object's deformations, a list as a scene has it; moving: others follow
+//   drag pull|dent X0 Y0 X1 Y1 RADIUS
+//                      pulls or dents the surface by a drag over the picture [px, mm]
+//   links kept|anew    how answers follow a shape
 //   keep, cancel       keeps the edit on trial, or takes it back
 //   undo, redo         of edits
 //   slice NAME x|y|z N the slice across an axis at a voxel, of a volume such as mu_R
@@ -66,11 +71,22 @@ struct ShowSlice {
   std::string volume;
   int axis = 2, index = 0;
 };
+struct Deform {
+  std::string object;
+  std::vector<render::Deformation> deformations;
+  bool moving = false;
+};
+struct Drag {
+  render::DeformKind kind = render::DeformKind::pull;
+  Eigen::Vector2d from, to;  ///< [px]
+  double radius_mm = 1.0;
+};
+enum class Links { kept, anew };
 struct Quit {};
 
 using Command =
     std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Quit>;
+                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

@@ -68,12 +68,11 @@ void ScriptPlayer::obey(const script::Paint& stroke, Stage& stage) const {
   const PictureArea& area = stage.state.area;
   std::vector<Eigen::Vector2d> points;
   for (std::size_t i = 0; i + 1 < stroke.points.size(); i += 2) {
-    points.emplace_back((stroke.points[i] - static_cast<double>(area.x)) / area.width,
-                        (stroke.points[i + 1] - static_cast<double>(area.y)) / area.height);
+    points.push_back(area.in_picture(stroke.points[i], stroke.points[i + 1]));
   }
   stage.editing.stroke_through(stage.state.look(area.aspect()), points, stage.state.brush);
   if (stage.editing.end_stroke() == Painter::Stroked::none) {
-    throw InputError(name_ + ": paint: no object of measured material lies under the stroke");
+    throw InputError(name_ + ": paint: no object lies under the stroke");
   }
 }
 
@@ -99,9 +98,7 @@ void ScriptPlayer::obey(const script::ShowPhotograph& show, Stage& stage) const 
 
 void ScriptPlayer::obey(const script::ShowSlice& show, Stage& stage) const {
   Painter& painter = stage.editing.painter();
-  const std::optional<std::size_t> object = painter.in_hand();
-  const auto volumes = object ? io::named_volumes(painter.volume(*object).history().volume())
-                              : std::vector<io::NamedVolume>();
+  const auto volumes = io::named_volumes(painter.edited(painter.in_hand()).history().volume());
   for (std::size_t i = 0; i < volumes.size(); ++i) {
     if (volumes[i].name == show.volume) {
       stage.state.slice = {true, i, show.axis, show.index};
@@ -113,6 +110,33 @@ void ScriptPlayer::obey(const script::ShowSlice& show, Stage& stage) const {
 
 void ScriptPlayer::obey(script::Quit /*quit*/, Stage& /*stage*/) {
   next_ = commands_.size();
+}
+
+void ScriptPlayer::obey(const script::Deform& deform, Stage& stage) const {
+  const auto& objects = stage.shaping.world().objects();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].name == deform.object) {
+      stage.shaping.set(i, deform.deformations, deform.moving);
+      return;
+    }
+  }
+  throw InputError(name_ + ": deform: there is no object '" + deform.object + "'");
+}
+
+void ScriptPlayer::obey(const script::Drag& drag, Stage& stage) const {
+  const PictureArea& area = stage.state.area;
+  const render::LookAt look = stage.state.look(area.aspect());
+  stage.shaping.brush.kind = drag.kind;
+  stage.shaping.brush.radius_mm = drag.radius_mm;
+  if (!stage.shaping.press(look, area.in_picture(drag.from.x(), drag.from.y()))) {
+    throw InputError(name_ + ": drag: no object lies there");
+  }
+  stage.shaping.drag(look, area.in_picture(drag.to.x(), drag.to.y()));
+  stage.shaping.release();
+}
+
+void ScriptPlayer::obey(script::Links links, Stage& stage) const {
+  stage.shaping.renewal = links == script::Links::anew;
 }
 
 }  // namespace kappamu::app

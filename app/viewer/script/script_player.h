@@ -7,6 +7,7 @@
 
 #include "app/viewer/editing.h"
 #include "app/viewer/script/script.h"
+#include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/viewer.h"
 
@@ -16,6 +17,7 @@ namespace kappamu::app {
 struct Stage {
   ViewState& state;
   Editing& editing;
+  Shaping& shaping;
   int photographs = 0;        ///< that can be shown
   std::function<void()> ask;  ///< lights changed
   std::function<void(const std::string&)> choose_model;
@@ -47,6 +49,9 @@ class ScriptPlayer {
   void obey(script::Channel channel, Stage& stage) const;
   void obey(const script::Preview& asked, Stage& stage) const;
   void obey(Asked asked, Stage& stage) const;
+  void obey(const script::Deform& deform, Stage& stage) const;
+  void obey(const script::Drag& drag, Stage& stage) const;
+  void obey(script::Links links, Stage& stage) const;
   void obey(const script::ShowPhotograph& show, Stage& stage) const;
   void obey(const script::ShowSlice& show, Stage& stage) const;
   void obey(script::Quit quit, Stage& stage);

@@ -78,15 +78,15 @@ void Hierarchy::set_profiles(std::span<const Profile> profiles) {
 
 void Hierarchy::relink() {
   links_ = link(tree_, oracle(options_.opening));
+  changes_ = {};
+  upload_links();
+}
+
+void Hierarchy::upload_links() {
   upload(context_, links_.of_cluster, cluster_range_);
   upload(context_, links_.emitter, emitter_);
   upload(context_, links_.of_leaf, leaf_range_);
   upload(context_, links_.near, near_);
-  ++relinked_;
-}
-
-void Hierarchy::keep_or_relink() {
-  if (!hold(links_, tree_, oracle(options_.slack * options_.opening))) relink();
 }
 
 void Hierarchy::set_opening(float opening) {
@@ -96,7 +96,9 @@ void Hierarchy::set_opening(float opening) {
 
 void Hierarchy::update(std::span<const Profile> profiles) {
   set_profiles(profiles);
-  keep_or_relink();
+  changes_ = dipole::update(links_, tree_, oracle(options_.slack * options_.opening),
+                            oracle(options_.opening), options_.most_changes);
+  if (changes_.demoted + changes_.promoted > 0) upload_links();
 }
 
 void Hierarchy::update(const TriangleMesh& mesh, std::span<const Profile> profiles) {

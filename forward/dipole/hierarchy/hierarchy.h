@@ -11,6 +11,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -26,6 +27,9 @@ namespace kappamu::forward::dipole {
 struct HierarchyOptions {
   float opening = 0.68F;  ///< of the oracle: error falls with about its third power
   float slack = 1.2F;     ///< kept links may exceed the opening by this factor
+  /// Links that one update() moves at most; others wait for the next, those farthest from the
+  /// oracle being moved first ([M] 5.5 bounds the form factors of a frame).
+  std::size_t most_changes = std::numeric_limits<std::size_t>::max();
 };
 
 class Hierarchy {
@@ -34,13 +38,14 @@ class Hierarchy {
   Hierarchy(device::Context& context, const TriangleMesh& mesh, std::span<const Profile> profiles,
             const HierarchyOptions& options = {});
 
-  /// Other material, or vertices moved as well; the links stay where they are good enough still,
-  /// and are made anew otherwise. Throws InputError where the number of triangles differs.
+  /// Other material, or vertices moved as well; links stay where they are good enough still, and
+  /// move in the hierarchy otherwise. Throws InputError where the number of triangles differs.
   void update(std::span<const Profile> profiles);
   void update(const TriangleMesh& mesh, std::span<const Profile> profiles);
   /// The same with all links made anew.
   void renew(const TriangleMesh& mesh, std::span<const Profile> profiles);
   void set_opening(float opening);
+  void set_most_changes(std::size_t most) { options_.most_changes = most; }
 
   /// Exitance at the centroids from the transmitted irradiance on each triangle, in the mesh's
   /// order.
@@ -48,7 +53,7 @@ class Hierarchy {
 
   std::size_t links() const { return links_.emitter.size(); }
   std::size_t near_pairs() const { return links_.near.size(); }  ///< of leaves
-  int relinked() const { return relinked_; }                     ///< times, the first included
+  const LinkChanges& changes() const { return changes_; }        ///< of the last update()
   const ClusterTree& tree() const { return tree_; }
 
  private:
@@ -56,7 +61,7 @@ class Hierarchy {
   void set_mesh(const TriangleMesh& mesh);
   void set_profiles(std::span<const Profile> profiles);
   void relink();
-  void keep_or_relink();
+  void upload_links();
   /// `on_cpu`: work-items that a processor's core walks at once.
   device::Range items(std::size_t count, std::size_t on_cpu) const;
 
@@ -66,7 +71,7 @@ class Hierarchy {
   double farthest_ = 0.0;  ///< two points of the mesh at most [mm]
   ProfileTable table_;
   Links links_;
-  int relinked_ = 0;
+  LinkChanges changes_;
   int subtree_ = 0;  ///< levels below the root of a subtree that one work-item takes
   device::Program* program_ = nullptr;
   device::Buffer order_, cluster_, point_, spread_, corner_, profile_table_;

@@ -1,7 +1,6 @@
 #include "forward/dipole/hierarchy/links.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -133,23 +132,6 @@ Links link(const ClusterTree& tree, const Oracle& oracle) {
     }
   });
   return links;
-}
-
-bool hold(const Links& links, const ClusterTree& tree, const Oracle& oracle) {
-  std::atomic<bool> all = true;
-  const std::size_t tasks = std::size_t{1} << pair_task_level, all_clusters = tree.clusters();
-  for_rows(static_cast<int>(tasks), [&](int task) {
-    const auto part = static_cast<std::size_t>(task);
-    const std::size_t begin = all_clusters * part / tasks, end = all_clusters * (part + 1) / tasks;
-    for (std::size_t k = begin; k < end && all; ++k) {
-      const LinkRange range = links.of_cluster[k];
-      for (int i = range.first; i < range.first + range.count; ++i) {
-        const auto e = static_cast<std::size_t>(links.emitter[static_cast<std::size_t>(i)]);
-        if (!oracle.holds(tree.cluster()[k], tree.cluster()[e])) all = false;
-      }
-    }
-  });
-  return all;
 }
 
 }  // namespace kappamu::forward::dipole

@@ -40,7 +40,20 @@ struct Links {
 /// any number of cores.
 Links link(const ClusterTree& tree, const Oracle& oracle);
 
-/// Whether every link is within the oracle still.
-bool hold(const Links& links, const ClusterTree& tree, const Oracle& oracle);
+/// What update() did to links of clusters that have moved or that another material links otherwise.
+struct LinkChanges {
+  std::size_t failing = 0;   ///< links beyond the wide oracle, before
+  std::size_t demoted = 0;   ///< of them, replaced by links further down
+  std::size_t promoted = 0;  ///< pairs of links replaced by one further up
+  std::size_t pending() const { return failing - demoted; }
+};
+
+/// [M] 5.5: links that do not hold within `wide` move down the hierarchy until they hold within
+/// `narrow`, those first that are the farthest from it; pairs of links that hold within `narrow` as
+/// one move up one level. At most `most` links move. Every pair of triangles stays covered once.
+/// Where more than `all_anew` of the links fail, and all may move, link() makes them anew.
+LinkChanges update(Links& links, const ClusterTree& tree, const Oracle& wide, const Oracle& narrow,
+                   std::size_t most);
+inline constexpr double all_anew = 0.25;
 
 }  // namespace kappamu::forward::dipole

@@ -91,6 +91,25 @@ TEST(Demodulation, DriftLeavesStripesThatAreReported) {
   EXPECT_GT(by_phases(3, {0.0, 0.03, 0.0}).stripes, 0.05);
 }
 
+TEST(Demodulation, AnEdgeOfTheSampleIsNoStripe) {
+  // A disc a third as bright as the rest: its edge holds every wave, the stripes' too.
+  std::vector<Image<float>> pictures;
+  std::vector<double> phases;
+  for (int i = 0; i < 3; ++i) {
+    phases.push_back(two_pi * i / 3.0);
+    pictures.push_back(picture(phases.back()));
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        if (std::hypot(x - 63.0, y - 44.0) < 33.0) pictures.back()(x, y) /= 3.0F;
+      }
+    }
+  }
+  EXPECT_LT(demodulate_phases(pictures, phases, all_used).stripes, 0.015);
+  // And stripes are seen beside it.
+  for (float& value : pictures[1].values()) value *= 1.06F;
+  EXPECT_GT(demodulate_phases(pictures, phases, all_used).stripes, 0.03);
+}
+
 TEST(Demodulation, TwoEqualPhasesAreRefused) {
   const std::vector<Image<float>> pictures{picture(0.0), picture(0.0), picture(std::numbers::pi)};
   const std::vector<double> phases{0.0, 0.0, std::numbers::pi};

@@ -78,7 +78,7 @@ TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
             HasSubstr("from byte 4 on have 2404")));
   session.camera.raw_layout->offset = 5;
   session.camera.raw_layout->big_endian = false;
-  EXPECT_THAT(error_of("a.raw"), HasSubstr("another photograph has bits: 12"));
+  EXPECT_THAT(error_of("a.raw"), HasSubstr("fits into fewer bits: 12"));
   write_text(path("b.raw"), std::string(1200, '\x81'));
   session.camera.bit_depth = 8;
   session.camera.raw_layout = io::RawLayout{8, false, 0, {}};
@@ -144,6 +144,15 @@ TEST_F(Frames, ExrFramesAreLinearFractionsOfFullScale) {
   linear(3, 2, 1) = std::nanf("");
   io::write_float_image(path("nan.exr"), linear);
   EXPECT_THAT(error_of("nan.exr"), HasSubstr("pixel (3, 2) is not finite"));
+}
+
+TEST_F(Frames, NumbersOfAnotherScaleAreRefusedByTheirCause) {
+  io::write_image(path("narrow.png"), Image<std::uint8_t>(40, 30, 3, 90));
+  EXPECT_THAT(error_of("narrow.png"),
+              AllOf(HasSubstr("narrow.png: the frame is stored with 8 bits per channel"),
+                    HasSubstr("another photograph with 16")));
+  io::write_float_image(path("codes.exr"), Image<float>(40, 30, 3, 3000.0F));
+  EXPECT_THAT(error_of("codes.exr"), HasSubstr("holds 3000, and 1 is where the sensor saturates"));
 }
 
 TEST_F(Frames, AStackSaturatedThroughoutNamesFilePatternAndFix) {

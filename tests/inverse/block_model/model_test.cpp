@@ -9,7 +9,7 @@
 
 #include "inverse/block_model/model_choice.h"
 #include "inverse/block_model/model_evidence.h"
-#include "inverse/block_model/model_merge.h"
+#include "inverse/block_model/model_layers.h"
 #include "inverse/validation/simpler_model.h"
 #include "tests/cases/limit_inverse_case.h"
 #include "tests/inverse/fit/fit_cases.h"

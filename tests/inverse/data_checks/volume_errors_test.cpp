@@ -123,10 +123,10 @@ TEST(VolumeErrors, AThirdOfAVoxelIsReportedOfStructuredBlocks) {
 TEST(VolumeErrors, AFifthTooMuchLightIsReportedOfStructuredBlocks) {
   for (const std::uint64_t seed : {13, 14}) {
     const Consistency right = fitted(seed, {});
-    EXPECT_FALSE(right.scale_is_wrong()) << right.by_volume->paid_for_scale;
+    EXPECT_FALSE(right.scale_is_wrong()) << right.by_volume->scale_gain;
     const Consistency bright = fitted(seed, {.scale = 1.2});
     EXPECT_FALSE(bright.block_scale_is_wrong());
-    EXPECT_TRUE(bright.is_too_bright()) << bright.by_volume->paid_for_scale;
+    EXPECT_TRUE(bright.is_too_bright()) << bright.by_volume->scale_gain;
     EXPECT_THAT(brightness_sentence(bright), ::testing::HasSubstr("All values seem too high"));
   }
 }

@@ -22,14 +22,13 @@ class PathRules : public testing::Test {
     options.first_weight = 1000.0;
     options.weight_factor = 0.5;
     options.last_weight = 100.0;
-    options.stagnation = 0.1;
     options.stage_tolerance = 1e-3;
     options.final_tolerance = 1e-4;
   }
   /// At the first weight unless another is given.
-  PathEnd end(double chi2, const std::optional<Outlook>& outlook, const WeightBefore& before = {},
+  PathEnd end(double chi2, const std::optional<Outlook>& outlook, double score_before = 0.0,
               double weight = 1000.0) const {
-    return end_of_path(options, weight, {chi2, chi2}, outlook, before);
+    return end_of_path(options, weight, {chi2, chi2}, outlook, score_before);
   }
   PathOptions options;
 };
@@ -49,35 +48,34 @@ TEST_F(PathRules, StartsAtTheFirstWeightAndByWholeStepsAboveItWhereTheDataAreSha
 
 TEST_F(PathRules, EndsAtTheNoiseAndBelowItByCrossValidation) {
   EXPECT_EQ(end(9.0, unknown), PathEnd::unknown);
-  EXPECT_EQ(end(0.9, unknown, {9.0, 0.0}, 500.0), PathEnd::noise);
+  EXPECT_EQ(end(0.9, unknown, 0.0, 500.0), PathEnd::noise);
   EXPECT_EQ(end(0.5, Outlook{left, 0.8}), PathEnd::unknown) << "χ² ≤ 1 is no end by itself";
-  EXPECT_EQ(end(0.4, Outlook{left, 1.05}, {0.5, 0.6}), PathEnd::validated)
+  EXPECT_EQ(end(0.4, Outlook{left, 1.05}, 0.6), PathEnd::validated)
       << "no weight is tried where other light would be worse";
   options.target_chi2 = 4.0;
   EXPECT_EQ(end(3.0, Outlook{left, 0.5}), PathEnd::noise) << "a smoother volume was asked for";
 }
 
-TEST_F(PathRules, AMinimumThatTheRenewedCorrectionUndoesOrTakesFarIsNone) {
-  EXPECT_TRUE(is_taken_back(options, {0.9, 3.0}, true));
-  EXPECT_TRUE(is_taken_back(options, {0.5, 0.95}, true));
-  EXPECT_FALSE(is_taken_back(options, {0.5, 0.6}, true));
-  EXPECT_FALSE(is_taken_back(options, {0.5, 0.95}, false)) << "the finer grid sees to it";
-  EXPECT_FALSE(is_taken_back(options, {3.0, 9.0}, true)) << "the noise was not reached";
+TEST_F(PathRules, AMinimumThatTheRenewedCorrectionRevertsIsNone) {
+  EXPECT_TRUE(is_reverted(options, {0.9, 3.0}, true));
+  EXPECT_TRUE(is_reverted(options, {0.5, 0.95}, true));
+  EXPECT_FALSE(is_reverted(options, {0.5, 0.6}, true));
+  EXPECT_FALSE(is_reverted(options, {0.5, 0.95}, false)) << "the finer grid sees to it";
+  EXPECT_FALSE(is_reverted(options, {3.0, 9.0}, true)) << "the noise was not reached";
 }
 
-TEST_F(PathRules, AboveTheNoiseEndsWhereLowerWeightsNoLongerHelp) {
-  EXPECT_EQ(end(8.5, unknown, {9.0, 0.0}), PathEnd::no_gain);
-  EXPECT_EQ(end(8.0, unknown, {9.0, 0.0}), PathEnd::unknown);
-  EXPECT_EQ(end(8.0, unknown, {16.0, 0.0}, 125.0), PathEnd::lowest)
+TEST_F(PathRules, AboveTheNoiseGoesOnToTheLowestWeight) {
+  EXPECT_EQ(end(8.0, unknown), PathEnd::unknown);
+  EXPECT_EQ(end(8.0, unknown, 0.0, 125.0), PathEnd::lowest)
       << "the next, 62.5, is below last_weight";
 }
 
-TEST_F(PathRules, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack) {
-  EXPECT_EQ(end(5.0, scored(5.0, 12.0), {9.0, 11.0}), PathEnd::model_error);
-  EXPECT_EQ(end(5.0, scored(5.0, 10.0), {9.0, 11.0}), PathEnd::unknown);
+TEST_F(PathRules, AboveTheNoiseAWeightThatPredictsWorseIsReverted) {
+  EXPECT_EQ(end(5.0, scored(5.0, 12.0), 11.0), PathEnd::model_error);
+  EXPECT_EQ(end(5.0, scored(5.0, 10.0), 11.0), PathEnd::unknown);
   Outlook worse_than_before = scored(0.9, 1.4);
   worse_than_before.next_score = 1.1;
-  EXPECT_EQ(end(0.9, worse_than_before, {1.2, 1.3}), PathEnd::validated)
+  EXPECT_EQ(end(0.9, worse_than_before, 1.3), PathEnd::validated)
       << "at the noise no score takes a weight back";
 }
 
@@ -87,14 +85,14 @@ TEST_F(PathRules, GoesOnWhileAnOctaveIsFurtherOffThanChance) {
   EXPECT_EQ(end(0.8, outlook), PathEnd::unknown)
       << "in spite of a total within the noise and a worse score";
   outlook.excess = 0.9;
-  EXPECT_EQ(end(0.7, outlook, {0.8, 1.0}), PathEnd::validated);
+  EXPECT_EQ(end(0.7, outlook, 1.0), PathEnd::validated);
   Outlook unexplained = scored(0.6, 1.4);
   unexplained.excess = 2.5;
-  EXPECT_EQ(end(0.6, unexplained, {0.8, 1.0}), PathEnd::model_error)
+  EXPECT_EQ(end(0.6, unexplained, 1.0), PathEnd::model_error)
       << "an octave that no weight explains does not lead on";
 }
 
-TEST_F(PathRules, PatienceIsForTheLastWeightWhereItIsAskedForAndGains) {
+TEST_F(PathRules, TheTighterEndIsForTheLastWeightWhereItIsAskedForAndGains) {
   EXPECT_EQ(tolerance(options, false), 1e-3);
   EXPECT_EQ(tolerance(options, true), 1e-4);
   EXPECT_TRUE(needs_tighter_end(options, unknown));
@@ -106,7 +104,7 @@ TEST_F(PathRules, PatienceIsForTheLastWeightWhereItIsAskedForAndGains) {
 
 TEST_F(PathRules, AFixedWeightEndsItsPath) {
   options.weight = 7.0;
-  EXPECT_EQ(end(30.0, scored(30.0, 40.0), {31.0, 35.0}, 7.0), PathEnd::asked);
+  EXPECT_EQ(end(30.0, scored(30.0, 40.0), 35.0, 7.0), PathEnd::asked);
 }
 
 }  // namespace

@@ -179,7 +179,7 @@ TEST(TransportWarnings, ABlockThatHardlyScattersIsNamed) {
     report.physics = Physics::transport;
     const std::vector<std::string> warnings = volume_warnings(medium, report, m, {});
     if (thin) {
-      EXPECT_THAT(warnings, ::testing::ElementsAre(::testing::HasSubstr("hardly scattered")));
+      EXPECT_THAT(warnings, ::testing::ElementsAre(::testing::HasSubstr("passes unscattered")));
     } else {
       EXPECT_THAT(warnings, ::testing::IsEmpty());
     }

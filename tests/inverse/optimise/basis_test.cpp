@@ -12,7 +12,6 @@
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/sensitivity.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

@@ -1,5 +1,5 @@
-// The posterior's variances against dense matrices, never above the prior, and the valley beside
-// them.
+// The posterior's variances against dense matrices, never above the prior, and the shared deviation
+// beside them.
 #include "inverse/uncertainty/uncertainty.h"
 
 #include <gmock/gmock.h>
@@ -15,7 +15,6 @@
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/local_information.h"
-#include "inverse/uncertainty/sensitivity.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
 #include "tests/sentence.h"
@@ -63,6 +62,18 @@ class TinyPosterior : public ::testing::Test {
     return estimate_uncertainty(prior, space, Face::z_plus, blocks_, sensitivity_, shared);
   }
 
+  /// Variances of (α R″)⁻¹.
+  VectorXd dense_prior() const {
+    const Index n = hessian_.rows();
+    MatrixXd precision(n, n);
+    for (Index k = 0; k < n; ++k) {
+      precision.col(k) = prior.weight * joined(roughness(space, parted(VectorXd::Unit(n, k)),
+                                                         Anchor{0.0, 0.0, prior.anchor_length_mm})
+                                                   .gradient);
+    }
+    return precision.llt().solve(MatrixXd::Identity(n, n)).diagonal();
+  }
+
   std::unique_ptr<Objective> objective_;
   LateralBlocks blocks_;
   CoefficientPair sensitivity_;
@@ -74,22 +85,15 @@ class TinyPosterior : public ::testing::Test {
 TEST_F(TinyPosterior, HessianIsSymmetricAndAboveThePrior) {
   constexpr double solver_error = 1e-9;
   EXPECT_LT((hessian_ - hessian_.transpose()).norm(), solver_error * hessian_.norm());
-  const VectorXd beforehand = joined(prior_variance(space, prior));
+  const VectorXd beforehand = dense_prior();
   EXPECT_TRUE((covariance_.diagonal().array() <= beforehand.array() * (1.0 + solver_error)).all());
 }
 
-TEST_F(TinyPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
-  const Index n = hessian_.rows();
-  MatrixXd precision(n, n);
-  for (Index k = 0; k < n; ++k) {
-    precision.col(k) = prior.weight * joined(roughness(space, parted(VectorXd::Unit(n, k)),
-                                                       Anchor{0.0, 0.0, prior.anchor_length_mm})
-                                                 .gradient);
-  }
-  const VectorXd exact = precision.llt().solve(MatrixXd::Identity(n, n)).diagonal();
-  const VectorXd found = joined(prior_variance(space, prior));
-  constexpr double rounding = 1e-9;  // the anchor is weak: a condition of 1e4
-  EXPECT_LT((found - exact).norm(), rounding * exact.norm());
+TEST_F(TinyPosterior, PriorMetricHasTheVariancesOfTheDenseRegulariser) {
+  const VectorXd exact = dense_prior();
+  const VectorXd found = joined(prior_metric(prior, space).covariance().variance);
+  constexpr double waves_of_one_bin = 2e-3;  // they share their mean eigenvalue
+  EXPECT_LT((found - exact).norm(), waves_of_one_bin * exact.norm());
 }
 
 TEST_F(TinyPosterior, MetricKnowsItsOwnCovariance) {
@@ -111,7 +115,7 @@ TEST_F(TinyPosterior, MetricKnowsItsOwnCovariance) {
 
 TEST_F(TinyPosterior, StatesTheDenseDeviationsWithinAFactorOfTwoAndNoneAboveThePrior) {
   const Uncertainty found = estimated();
-  const CoefficientPair beforehand = prior_variance(space, prior);
+  const CoefficientPair beforehand = prior_metric(prior, space).covariance().variance;
   const Index cells = hessian_.rows() / 2;
   double squares = 0.0;
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -143,19 +147,19 @@ TEST_F(TinyPosterior, WhatIsSharedWidensDeviationsAndWhatIsSaidOfThem) {
   EXPECT_NE(wide.report.sentence, plain.report.sentence);
 }
 
-TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing) {
+TEST(Distributed, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing) {
   const GridShape shape{24, 8, 3, 0.5};
   const Vector even(shape.cells(), 1.0);
   const CoefficientPair beforehand{Vector(shape.cells(), 0.04), Vector(shape.cells(), 0.36)};
   const CoefficientPair stated{Vector(shape.cells(), 0.01), Vector(shape.cells(), 0.09)};
   const MediumSpace space{shape};
-  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, space);
+  const CoefficientPair same = distributed(stated, beforehand, {even, even}, space);
   CoefficientPair half{even, even};
   for (std::size_t i = 0; i < even.size(); ++i) {
     EXPECT_NEAR(same.log_kappa[i], stated.log_kappa[i], 1e-12);
     if (i % 24 >= 12) half.log_kappa[i] = half.log_mu[i] = 0.0;
   }
-  const CoefficientPair found = shared_out(stated, beforehand, half, space);
+  const CoefficientPair found = distributed(stated, beforehand, half, space);
   const std::size_t seen = shape.index(2, 4, 1);
   const std::size_t unseen = shape.index(21, 4, 1);
   EXPECT_NEAR(found.log_kappa[unseen], 0.04, 1e-9);
@@ -163,7 +167,7 @@ TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing)
   EXPECT_LT(found.log_kappa[seen], 0.01) << "the layer's say is all there";
 }
 
-TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
+TEST(ContrastDeviation, IsAShareOfTheContrastWithinAndBetweenLayers) {
   const GridShape shape{6, 5, 4, 0.5};
   const auto deviation = [&](double within, double between, Face lit) {
     Volume<double> kappa(shape);
@@ -175,7 +179,7 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
         }
       }
     }
-    return valley_deviation(kappa, lit);
+    return contrast_deviation(kappa, lit);
   };
   EXPECT_NEAR(deviation(0.0, 0.0, Face::z_minus), 0.0, 1e-7) << "an even block has none";
   const double within = deviation(0.1, 0.0, Face::z_minus);
@@ -187,13 +191,14 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
   EXPECT_NEAR(deviation(0.1, 0.0, Face::x_minus), between, 1e-9) << "layers lie across the depth";
 }
 
-TEST(SharedDeviation, IsTheValleyAndWhatIsMissed) {
-  const SharedDeviation valley = shared_deviation(0.1, {});
-  EXPECT_DOUBLE_EQ(valley.log_kappa, 0.1);
-  EXPECT_GT(valley.log_mu, valley.log_kappa);
-  const SharedDeviation missed = shared_deviation(0.1, {0.05, -0.2});
-  EXPECT_GT(missed.log_kappa, std::hypot(valley.log_kappa, 0.05)) << "more is missed of the truth";
-  EXPECT_GT(missed.log_mu, std::hypot(valley.log_mu, 0.2));
+TEST(SharedDeviation, AddsContrastAndUnresolvedStructure) {
+  const SharedDeviation contrast = shared_deviation(0.1, {});
+  EXPECT_DOUBLE_EQ(contrast.log_kappa, 0.1);
+  EXPECT_GT(contrast.log_mu, contrast.log_kappa);
+  const SharedDeviation unresolved = shared_deviation(0.1, {0.05, -0.2});
+  EXPECT_GT(unresolved.log_kappa, std::hypot(contrast.log_kappa, 0.05))
+      << "the truth has more than the fit shows";
+  EXPECT_GT(unresolved.log_mu, std::hypot(contrast.log_mu, 0.2));
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {

@@ -21,11 +21,13 @@ struct Tag {
   std::vector<std::uint32_t> values;
 };
 
-/// A page of 16-bit codes 1000 (x + 1) + 100 y in each of its samples.
+/// A page of 16-bit codes 1000 (x + 1) + 100 y in each of its samples, or of `pixels`.
 struct Page {
   unsigned photometric = 1, subfile = 0;
   unsigned width = 4, height = 2, samples = 1;
   std::vector<Tag> more{};
+  unsigned bits = 16, strips = 1;
+  std::string pixels{};
 };
 
 std::string tiff(const std::vector<Page>& pages) {
@@ -40,21 +42,28 @@ std::string tiff(const std::vector<Page>& pages) {
   };
   for (const Page& page : pages) {
     const std::size_t pixels = bytes.size();
-    for (unsigned y = 0; y < page.height; ++y) {
+    bytes += page.pixels;
+    for (unsigned y = 0; page.pixels.empty() && y < page.height; ++y) {
       for (unsigned i = 0; i < page.width * page.samples; ++i) {
         put_number(bytes, 1000 * (i / page.samples + 1) + 100 * y, 2);
       }
     }
-    std::vector<Tag> tags{{254, 4, {page.subfile}},
-                          {256, 4, {page.width}},
-                          {257, 4, {page.height}},
-                          {258, 3, std::vector<std::uint32_t>(page.samples, 16)},
-                          {259, 3, {1}},
-                          {262, 3, {page.photometric}},
-                          {273, 4, {static_cast<std::uint32_t>(pixels)}},
-                          {277, 3, {page.samples}},
-                          {278, 4, {page.height}},
-                          {279, 4, {2 * page.width * page.height * page.samples}}};
+    const std::size_t size = (bytes.size() - pixels) / page.strips;
+    std::vector<std::uint32_t> offsets;
+    for (unsigned k = 0; k < page.strips; ++k) {
+      offsets.push_back(static_cast<std::uint32_t>(pixels + k * size));
+    }
+    std::vector<Tag> tags{
+        {254, 4, {page.subfile}},
+        {256, 4, {page.width}},
+        {257, 4, {page.height}},
+        {258, 3, std::vector<std::uint32_t>(page.samples, page.bits)},
+        {259, 3, {1}},
+        {262, 3, {page.photometric}},
+        {273, 4, offsets},
+        {277, 3, {page.samples}},
+        {278, 4, {page.height}},
+        {279, 4, std::vector<std::uint32_t>(page.strips, static_cast<std::uint32_t>(size))}};
     tags.insert(tags.end(), page.more.begin(), page.more.end());
     std::stable_sort(tags.begin(), tags.end(),
                      [](const Tag& a, const Tag& b) { return a.number < b.number; });
@@ -123,6 +132,42 @@ TEST_F(Tiff, OtherColoursAreRefusedByName) {
   EXPECT_THAT(refusal({Page{32803, 0, 4, 2, 1}}), HasSubstr("mosaic"));
 }
 
+/// 5 x 3 values k / 8 of three channels, k counted along [y][x][channel]; SampleFormat 1 without
+/// sign, 2 with, 3 floats.
+template <class Value>
+Page numbers(unsigned format, bool planes = false) {
+  Page page{2, 0, 5, 3, 3, {{339, 3, {format, format, format}}, {284, 3, {planes ? 2U : 1U}}}};
+  page.bits = 8 * sizeof(Value);
+  page.strips = planes ? 3 : 1;
+  for (int k = 0; k < 45; ++k) {
+    const auto value = static_cast<Value>((planes ? k % 15 * 3 + k / 15 : k) / 8.0);
+    page.pixels.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  return page;
+}
+
+TEST_F(Tiff, FloatsAreLinearLightAndPlanesAreReadInOrder) {
+  for (const bool planes : {false, true}) {
+    const auto floats = write({numbers<float>(3, planes)});
+    ASSERT_TRUE(is_float_image(floats));
+    const Image<float> image = read_float_image(floats);
+    for (int k = 0; k < 45; ++k) ASSERT_EQ(image(k / 3 % 5, k / 15, k % 3), k / 8.0F) << planes;
+    const auto codes = write({numbers<std::uint16_t>(1, planes)});
+    EXPECT_FALSE(is_float_image(codes));
+    EXPECT_EQ(read_code_image(codes)(4, 2, 1), 43 / 8) << planes;
+  }
+}
+
+TEST_F(Tiff, OtherNumbersAreRefusedByName) {
+  EXPECT_THAT(refusal({numbers<std::int16_t>(2)}),
+              HasSubstr("a.tif: holds signed whole numbers of 16 bits; save it with 8 or 16 bits"));
+  EXPECT_THAT(refusal({numbers<std::uint32_t>(1)}), HasSubstr("numbers of 32 bits"));
+  EXPECT_THAT(refusal({numbers<float>(3)}), HasSubstr("floats of 32 bits"));
+  const auto doubles = write({numbers<double>(3)});
+  EXPECT_THAT(sentence_of([&] { read_float_image(doubles); }),
+              HasSubstr("floats of 64 bits; save it with 32"));
+}
+
 TEST_F(Tiff, ExposureComesFromIfd0OrTheShutterSpeed) {
   const Tag exposure{33434, 5, {1, 10}}, speed{37377, 10, {4, 1}}, turned{274, 3, {6}};
   EXPECT_EQ(read_photo_settings(write({Page{1, 0, 4, 2, 1, {exposure}}})).exposure_s, 0.1);
@@ -170,6 +215,11 @@ TEST_F(Tiff, RawOfAGreySensorIsReadWithoutAMosaic) {
   EXPECT_EQ(grey.black[0], 64.0);
   EXPECT_EQ(grey.white, 65000);
   EXPECT_EQ(grey.mosaic.values(), colour.mosaic.values());
+  Page repeated = dng(true, {{50713, 3, {2, 2}}});
+  for (Tag& tag : repeated.more) {
+    if (tag.number == 50714) tag.values = {100, 110, 120, 130};
+  }
+  EXPECT_EQ(read_raw(write({repeated}, "a.dng")).black, (std::array<double, 3>{100, 115, 130}));
   Page linear = dng(false, {});
   linear.samples = 3;
   const auto file = write({linear}, "a.dng");

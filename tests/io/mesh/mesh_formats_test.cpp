@@ -308,6 +308,16 @@ TEST_F(MeshFormats, GltfAsProgramsWriteIt) {
       R"("values":{"bufferView":0,"byteOffset":12}}})";
   expect_block("morph.gltf",
                with(also(sparse), R"("indices":1})", R"("indices":1,"targets":[{"POSITION":2}]})"));
+  // The target has the positions themselves: a weight of 1 doubles the block.
+  const std::string morphed =
+      with(plain, R"("indices":1})", R"("indices":1,"targets":[{"POSITION":0}]})");
+  const fs::path morph = write("weighed.gltf", morphed);
+  const std::vector<double> one{1.0}, two{1.0, 0.5};
+  EXPECT_NEAR(enclosed_volume(read_body(morph, one).mesh), 8.0 * 24.0, 1e-4);
+  EXPECT_THAT(sentence_of([&] { read_body(morph, two); }),
+              HasSubstr("has 1 morph targets and 2 weights"));
+  EXPECT_THAT(sentence_of([&] { read_body(write("a.obj", block), one); }),
+              HasSubstr("has no morph targets"));
   std::uint32_t replaced = 0;
   std::memcpy(&replaced, buffer.data() + 12 * mesh.vertices.size() + 8, 4);
   const FileMesh read =

@@ -9,9 +9,12 @@
 #include <random>
 
 #include "core/error.h"
+#include "core/optics.h"
 #include "io/image/image_file.h"
+#include "io/volume/volume_file.h"
 #include "render/edit/history.h"
 #include "render/edit/selection.h"
+#include "render/material/published_materials.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
 
@@ -60,8 +63,8 @@ Edit edit_of(Operation operation, std::optional<double> kappa, std::optional<dou
              Selection where = WholeSelection{}) {
   Edit edit;
   edit.operation = operation;
-  edit.kappa = kappa;
-  edit.mu = mu;
+  if (kappa) edit.kappa = {*kappa};
+  if (mu) edit.mu = {*mu};
   edit.where = std::move(where);
   return edit;
 }
@@ -261,6 +264,139 @@ TEST(History, UndoAndRedoAreExact) {
   EXPECT_EQ(history.recipe().edits.size(), 3U);
 }
 
+/// The list in another order, with edits off and out of it, is what the same list makes from
+/// nothing; and every state comes back.
+TEST(History, ListsAreWhatTheyMakeFromNothing) {
+  const std::vector<Edit> edits{
+      edit_of(Operation::multiply, 1.7, 0.3, brush_on_top({{1, 1, 2.5}, {3, 2, 2.5}})),
+      edit_of(Operation::set, 0.4, std::nullopt, BoxSelection{{1, 1, 1}, {3, 3, 3}}),
+      edit_of(Operation::add, 0.1, 0.01)};
+  EditHistory history(made_set());
+  for (const Edit& edit : edits) {
+    history.try_edit(edit);
+    history.commit();
+  }
+  const auto from_nothing = [&](const std::vector<std::size_t>& order) {
+    EditHistory fresh(made_set());
+    for (const std::size_t i : order) {
+      fresh.try_edit(edits[i]);
+      fresh.commit();
+    }
+    return fresh.volume();
+  };
+  EXPECT_GT(history.switch_off(0, true), 0U);
+  EXPECT_TRUE(equal(history.volume(), from_nothing({1, 2})));
+  EXPECT_TRUE(history.recipe().edits[0].off);
+  history.switch_off(0, false);
+  EXPECT_TRUE(equal(history.volume(), from_nothing({0, 1, 2})));
+  history.move(2, 0);
+  EXPECT_TRUE(equal(history.volume(), from_nothing({2, 0, 1})));
+  EXPECT_FALSE(equal(history.volume(), from_nothing({0, 1, 2})));
+  history.remove(1);
+  EXPECT_TRUE(equal(history.volume(), from_nothing({2, 1})));
+  history.undo();
+  EXPECT_TRUE(equal(history.volume(), from_nothing({2, 0, 1})));
+  history.undo();
+  history.undo();
+  EXPECT_TRUE(equal(history.volume(), from_nothing({1, 2})));
+  history.redo();
+  EXPECT_TRUE(equal(history.volume(), from_nothing({0, 1, 2})));
+}
+
+/// A list that cannot be done leaves the volume and the list as they were.
+TEST(History, RefusedListsLeaveNoTrace) {
+  EditHistory history(made_set());
+  history.try_edit(edit_of(Operation::add, 0.1, 0.01));
+  history.commit();
+  const io::VolumeSet before = history.volume();
+  Edit wrong = edit_of(Operation::multiply, 2.0, std::nullopt);
+  wrong.channels = {"X"};
+  EXPECT_THROW(history.set_list({std::make_shared<const Edit>(wrong)}), InputError);
+  EXPECT_TRUE(equal(history.volume(), before));
+  EXPECT_EQ(history.list().size(), 1U);
+}
+
+TEST(Edits, TakeOneNumberForEachChannel) {
+  Edit edit;
+  edit.operation = Operation::set;
+  edit.mu = {0.03, 0.07};
+  const io::VolumeSet both = with(edit);
+  EXPECT_EQ(both.media[0].mu[5], 0.03);
+  EXPECT_EQ(both.media[1].mu[5], 0.07);
+  edit.channels = {"G", "R"};
+  EXPECT_EQ(with(edit).media[1].mu[5], 0.03);
+  edit.mu.push_back(0.1);
+  EXPECT_THAT(sentence_of([&] { with(edit); }), HasSubstr("3 numbers for 2 channels"));
+}
+
+TEST(Edits, NameAPublishedMaterialByItsChannels) {
+  Edit edit;
+  edit.operation = Operation::set;
+  edit.published = "marble";
+  const HomogeneousMaterial marble = published_material("marble");
+  const io::VolumeSet set = with(edit);
+  EXPECT_EQ(set.media[0].kappa[3], marble.kappa_mm[0]);
+  EXPECT_EQ(set.media[1].mu[3], marble.mu_per_mm[1]);
+}
+
+/// What an artist sets is what the volume then has; what is not stated stays.
+TEST(Edits, SetColourAndMeanFreePath) {
+  const double A = boundary_constants(1.3).A;
+  const io::VolumeSet before = made_set();
+  Edit edit;
+  edit.operation = Operation::set;
+  edit.albedo = {0.42};
+  const io::VolumeSet coloured = with(edit);
+  edit.albedo.clear();
+  edit.mean_free_path_mm = {0.9};
+  const io::VolumeSet longer = with(edit);
+  edit.operation = Operation::multiply;
+  edit.mean_free_path_mm = {2.0};
+  const io::VolumeSet twice = with(edit);
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    const auto terms = [&](const io::VolumeSet& set) {
+      return artist_terms(set.media[1].kappa[i], set.media[1].mu[i], A);
+    };
+    EXPECT_NEAR(terms(coloured).albedo, 0.42, 1e-12);
+    EXPECT_DOUBLE_EQ(coloured.media[1].kappa[i], before.media[1].kappa[i]);
+    EXPECT_NEAR(terms(longer).albedo, terms(before).albedo, 1e-12);
+    EXPECT_DOUBLE_EQ(terms(longer).mean_free_path_mm, 0.9);
+    EXPECT_DOUBLE_EQ(terms(twice).mean_free_path_mm, 2.0 * terms(before).mean_free_path_mm);
+    EXPECT_NEAR(twice.media[1].mu[i], 0.5 * before.media[1].mu[i], 1e-12);
+    EXPECT_EQ(longer.kappa_std[1][i], 0.0);
+    EXPECT_NEAR(coloured.kappa_std[1][i], before.kappa_std[1][i], 1e-15);
+  }
+}
+
+TEST(Edits, CopyFromAnotherVolume) {
+  const OwnFolder folder;
+  io::VolumeSet other;
+  other.channels = {"G", "R"};
+  const GridShape fine{4, 4, 4, 0.25};
+  for (const double mu : {0.5, 0.25}) {
+    other.media.push_back({Volume<double>(fine, 2.0), Volume<double>(fine, mu)});
+  }
+  io::write_vdb(folder / "other.vdb", other);
+  Edit edit;
+  edit.operation = Operation::copy;
+  edit.volume = folder / "other.vdb";
+  edit.offset_mm = {-1.0, 0.0, 0.0};  // the other's millimetre lies from x = 1 to 2
+  const io::VolumeSet before = made_set(), after = with(edit);
+  for (int x = 0; x < 11; ++x) {
+    const bool inside = x == 2 || x == 3;
+    EXPECT_EQ(after.media[0].mu(x, 1, 1), inside ? 0.25 : before.media[0].mu(x, 1, 1)) << x;
+    EXPECT_EQ(after.media[1].mu(x, 1, 1), inside ? 0.5 : before.media[1].mu(x, 1, 1)) << x;
+  }
+}
+
+/// A volume by itself has no object whose frame a place could be in.
+TEST(Edits, RefusePlacesOfAnObjectWhereThereIsNone) {
+  DepthSelection below;
+  below.frame = Frame::object;
+  EXPECT_THAT(sentence_of([&] { with(edit_of(Operation::multiply, 2.0, 2.0, below)); }),
+              HasSubstr("in the frame of an object, and there is none"));
+}
+
 TEST(History, TrialLeavesNoTrace) {
   EditHistory history(made_set());
   history.try_edit(edit_of(Operation::set, 1.0, 1.0));
@@ -272,6 +408,13 @@ TEST(History, TrialLeavesNoTrace) {
 
 /// What the window holds after trials, undone and redone edits, its recipe makes of the volume too,
 /// to the bit, also by way of its file.
+io::VolumeSet edited(io::VolumeSet set, const Recipe& recipe, const std::string& origin,
+                     std::vector<std::string>& warnings) {
+  EditHistory history(std::move(set));
+  apply(recipe, origin, history, warnings);
+  return history.volume();
+}
+
 TEST(Recipes, ReplayGivesEqualBits) {
   EditHistory history(made_set());
   Edit painted = edit_of(Operation::multiply, 1.3, 0.7, brush_on_top({{1.01, 1.3, 2.5}}));

@@ -30,7 +30,19 @@ json full_recipe() {
       {"operation": "blend", "share": 0.5, "mu": 0.1,
        "where": {"kind": "box", "from_mm": [0, 0, 0], "to_mm": [1, 1, 1]}},
       {"operation": "copy", "offset_mm": [5, 0, 0],
-       "where": {"kind": "texture", "image": "leaf.png", "face": "z+", "depth_mm": 1}}]})");
+       "where": {"kind": "texture", "image": "leaf.png", "face": "z+", "depth_mm": 1}},
+      {"operation": "multiply", "mu": [1, 2, 3], "channels": ["R", "G", "B"], "off": true,
+       "where": {"kind": "projection", "image": "leaf.png", "position_mm": [0, 0, 90], "target_mm": [0, 0, 0],
+                 "up": [0, 1, 0], "fov_deg": 20, "from_mm": 0.5, "to_mm": 2}},
+      {"operation": "set", "albedo": 0.5, "mean_free_path_mm": [0.2, 0.4],
+       "where": {"kind": "depth", "frame": "object", "from_mm": 0, "to_mm": 0.5}},
+      {"operation": "blend", "share": 0.25, "published": "skin1",
+       "where": {"kind": "brush", "frame": "object", "radius_mm": 2, "depth_mm": 1,
+                 "strokes": [{"points_mm": [[1, 2, 3]], "inward": [[0, 0, -1]]}]}},
+      {"operation": "copy", "offset_mm": [1, 0, 0], "volume": "other.vdb",
+       "where": {"kind": "box", "frame": "object", "from_mm": [0, 0, 0], "to_mm": [1, 1, 1]}},
+      {"operation": "surface", "eta": 1.5, "roughness": 0.2}],
+    "voxel_mm": 0.4})");
 }
 
 struct BadRecipe {
@@ -57,6 +69,49 @@ std::vector<BadRecipe> bad_recipes() {
       {"no place", [](json& r) { r["edits"][0].erase("where"); }, "edits[0].where is missing"},
       {"unknown place", [](json& r) { r["edits"][0]["where"]["kind"] = "lasso"; },
        "edits[0].where.kind is 'lasso'"},
+      {"a number of a surface", [](json& r) { r["edits"][9]["eta"] = 5; }, "edits[9].eta is 5"},
+      {"a surface that stays",
+       [](json& r) {
+         r["edits"][9] = {{"operation", "surface"}};
+       },
+       "edits[9] changes nothing"},
+      {"a place of a surface",
+       [](json& r) {
+         r["edits"][9]["where"] = {{"kind", "all"}};
+       },
+       "edits[9].where is an unknown field"},
+      {"colour of one", [](json& r) { r["edits"][6]["albedo"] = 1; }, "edits[6].albedo is 1"},
+      {"colour and mu", [](json& r) { r["edits"][6]["mu"] = 0.1; }, "keep one of the pairs", false},
+      {"numbers for channels",
+       [](json& r) {
+         r["edits"][5]["mu"] = {1, 2};
+       },
+       "edits[5].mu has 2 numbers for 3 channels", false},
+      {"unknown material", [](json& r) { r["edits"][7]["published"] = "cheese"; },
+       "edits[7].published", false},
+      {"material and mu", [](json& r) { r["edits"][7]["mu"] = 1; }, "edits[7].published states",
+       false},
+      {"unknown frame", [](json& r) { r["edits"][6]["where"]["frame"] = "world"; },
+       "edits[6].where.frame is 'world'"},
+      {"faces of an object", [](json& r) { r["edits"][6]["where"]["faces"] = {"z+"}; },
+       "faces belongs to the volume's frame", false},
+      {"stretch of an object",
+       [](json& r) {
+         r["edits"][7]["where"]["stretch"] = {1, 1, 2};
+       },
+       "stretch belongs to the volume's frame", false},
+      {"a view of itself",
+       [](json& r) {
+         r["edits"][5]["where"]["target_mm"] = {0, 0, 90};
+       },
+       "target_mm lies at position_mm", false},
+      {"a view along up",
+       [](json& r) {
+         r["edits"][5]["where"]["up"] = {0, 0, 1};
+       },
+       "looks along its 'up'", false},
+      {"voxels of no size", [](json& r) { r["voxel_mm"] = 0; }, "voxel_mm is 0"},
+      {"off by a word", [](json& r) { r["edits"][0]["off"] = "yes"; }, "edits[0].off"},
       {"no radius", [](json& r) { r["edits"][1]["where"]["radius_mm"] = 0; }, "radius_mm is 0"},
       {"no point",
        [](json& r) { r["edits"][1]["where"]["strokes"][0]["points_mm"] = json::array(); },
@@ -93,12 +148,20 @@ class RecipeFile : public testing::Test {
 
 TEST_F(RecipeFile, ReadsEveryKind) {
   const Recipe recipe = read_recipe(write("r.json", full_recipe()));
-  ASSERT_EQ(recipe.edits.size(), 5U);
+  ASSERT_EQ(recipe.edits.size(), 10U);
   EXPECT_EQ(recipe.edits[0].channels, std::vector<std::string>{"R"});
   EXPECT_EQ(std::get<BrushSelection>(recipe.edits[1].where).stretch.y(), 2.0);
   EXPECT_EQ(std::get<DepthSelection>(recipe.edits[2].where).faces.size(), 1U);
   EXPECT_EQ(recipe.edits[3].share, 0.5);
   EXPECT_EQ(std::get<TextureSelection>(recipe.edits[4].where).image, folder_ / "leaf.png");
+  EXPECT_TRUE(recipe.edits[5].off);
+  EXPECT_EQ(recipe.edits[5].mu, (Amount{1, 2, 3}));
+  EXPECT_EQ(std::get<ProjectionSelection>(recipe.edits[5].where).from_mm, 0.5);
+  EXPECT_EQ(std::get<DepthSelection>(recipe.edits[6].where).frame, Frame::object);
+  EXPECT_EQ(recipe.edits[7].published, "skin1");
+  EXPECT_EQ(recipe.edits[8].volume, folder_ / "other.vdb");
+  EXPECT_EQ(recipe.edits[9].roughness, 0.2);
+  EXPECT_EQ(recipe.voxel_mm, 0.4);
 }
 
 TEST_F(RecipeFile, RefusesByFileAndField) {

@@ -1,0 +1,82 @@
+#include "app/edit/edited_scene.h"
+
+#include <nlohmann/json.hpp>
+
+#include "forward/registry.h"
+#include "io/read_file.h"
+#include "pipeline/output_folder.h"
+
+namespace kappamu::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+ordered_json json_of(const render::Colour& colour) {
+  return {colour[0], colour[1], colour[2]};
+}
+
+ordered_json homogeneous(const render::HomogeneousMaterial& material) {
+  ordered_json json{{"kappa_mm", json_of(material.kappa_mm)},
+                    {"mu_per_mm", json_of(material.mu_per_mm)}};
+  if (!material.source.empty()) json["source"] = material.source + ", edited";
+  return json;
+}
+
+/// Its own placing stays of a volume that lies in the object as a solid. A homogeneous material's
+/// volume is stretched to the object's box; that of a shell or a composed material lies at its true
+/// scale.
+ordered_json measured(const ordered_json& before, const render::SceneObject& object,
+                      const render::EditedObject& edited) {
+  ordered_json json{{"volume", "volume.vdb"}};
+  if (std::holds_alternative<render::HomogeneousMaterial>(object.material)) return json;
+  const auto* volume = std::get_if<render::VolumeMaterial>(&object.material);
+  if (volume != nullptr && volume->placement != render::VolumeMaterial::Placement::shell) {
+    json = before;
+    json["volume"] = "volume.vdb";
+    return json;
+  }
+  const GridShape& shape = edited.history().volume().shape();
+  const Eigen::Vector3d middle =
+      edited.placing().object_from_volume *
+      Eigen::Vector3d(0.5 * shape.voxel_mm * Eigen::Vector3d(shape.nx, shape.ny, shape.nz));
+  json["placement"] = "repeat";
+  json["offset_mm"] = {middle.x(), middle.y(), middle.z()};
+  return json;
+}
+
+}  // namespace
+
+std::string edited_scene(const render::Scene& scene, std::size_t object,
+                         const render::EditedObject& edited, const fs::path& folder) {
+  ordered_json json = ordered_json::parse(io::read_text(scene.file));
+  const fs::path from = pipeline::canonical_path(scene.file).parent_path();
+  const auto move = [&](ordered_json& in, const char* field) {
+    if (!in.contains(field)) return;
+    const fs::path file = pipeline::canonical_path(from / in[field].get<std::string>());
+    in[field] = file.lexically_relative(folder).string();
+  };
+  for (ordered_json& one : json["objects"]) {
+    for (const char* field : {"mesh", "polycube", "edits"}) move(one, field);
+    move(one["material"], "volume");
+  }
+  for (ordered_json& light : json["lights"]) move(light, "image");
+
+  ordered_json& changed = json["objects"][object];
+  changed.erase("edits");
+  const auto material = edited.homogeneous();
+  changed["material"] = material ? homogeneous(*material)
+                                 : measured(changed["material"], scene.objects[object], edited);
+  const render::EditHistory& history = edited.history();
+  // Coefficients in place of a name state no index.
+  const std::optional<double> eta = material ? history.volume().eta : history.eta();
+  if (eta) changed["surface"]["eta"] = *eta;
+  if (history.roughness()) changed["surface"]["roughness"] = *history.roughness();
+  if (!material && !forward::object_model(scene.model.name).can.heterogeneous) {
+    json["model"] = {{"name", "embedded"}, {"tolerance", scene.model.tolerance}};
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,38 @@
+// The state of a fit between two weights, on disk: the fields as one array that every rank writes
+// its part of, the rest as JSON, which comes last and names the array. Any number of ranks can go
+// on from it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "forward/distributed/block_pieces.h"
+#include "inverse/distributed/distributed_fit.h"
+
+namespace kappamu::app::mpi {
+
+class PathFiles {
+ public:
+  PathFiles(const forward::distributed::BlockPieces& pieces, std::filesystem::path folder,
+            const std::string& channel)
+      : pieces_(pieces), folder_(std::move(folder)), name_("checkpoint_" + channel) {}
+
+  void save(const inverse::distributed::PathState& state) const;
+  std::optional<inverse::distributed::PathState> load() const;
+  void remove() const;
+
+ private:
+  std::filesystem::path json_file() const { return folder_ / (name_ + ".json"); }
+  /// Of the state after so many weights' steps.
+  std::filesystem::path array(std::size_t steps) const {
+    return folder_ / (name_ + "_" + std::to_string(steps) + ".npy");
+  }
+
+  const forward::distributed::BlockPieces& pieces_;
+  std::filesystem::path folder_;
+  std::string name_;
+};
+
+}  // namespace kappamu::app::mpi

@@ -1,0 +1,117 @@
+#include "app/viewer/shaping.h"
+
+#include <utility>
+
+namespace kappamu::app {
+
+using Eigen::Vector3d;
+using render::Deformation;
+using render::DeformKind;
+
+Shaping::Shaping(const render::Scene& scene, const render::World& world) : world_(world) {
+  constexpr double usual_radius = 0.2;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) shapes_[i] = scene.objects[i].deform;
+  kept_.push_back(shapes_);
+  brush.radius_mm = usual_radius * size(0);
+}
+
+double Shaping::size(std::size_t object) const {
+  return bounding_box(world_.objects()[object].rest).sizes().maxCoeff();
+}
+
+Deformation Shaping::begun(std::size_t object, DeformKind kind) const {
+  constexpr double waves = 5.0;
+  const Vector3d box = bounding_box(world_.objects()[object].rest).sizes();
+  Eigen::Index longest = 0, shortest = 0;
+  box.maxCoeff(&longest);
+  box.minCoeff(&shortest);
+  if (shortest == longest) shortest = (longest + 1) % 3;
+  Deformation deformation;
+  deformation.kind = kind;
+  deformation.amount = kind == DeformKind::scale ? 1.0 : 0.0;
+  deformation.axis = Vector3d::Unit(longest);
+  deformation.towards = Vector3d::Unit(shortest);
+  deformation.wavelength_mm = box.maxCoeff() / waves;
+  return deformation;
+}
+
+void Shaping::set(std::size_t object, std::vector<Deformation> deformations, bool moving) {
+  shapes_[object] = std::move(deformations);
+  changed_ = true;
+  moving_ = moving;
+  if (moving) return;
+  note_.clear();
+  if (shapes_ != kept_.back()) kept_.push_back(shapes_);
+}
+
+bool Shaping::undo() {
+  if (!can_undo()) return false;
+  kept_.pop_back();
+  shapes_ = kept_.back();
+  note_.clear();
+  changed_ = true;
+  return true;
+}
+
+bool Shaping::press(const render::LookAt& look, const Eigen::Vector2d& at) {
+  const auto hit = world_.first_hit(look.position(), look.direction(at.x(), at.y()), 0.0);
+  if (!hit) return false;
+  stroke_ = {hit->object, hit->position};
+  Deformation deformation;
+  deformation.kind = brush.kind;
+  deformation.brush =
+      render::DeformBrush{world_.objects()[hit->object].world_from_object.inverse() * hit->position,
+                          brush.radius_mm, brush.edge};
+  std::vector<Deformation> deformations = shapes_[hit->object];
+  deformations.push_back(deformation);
+  set(hit->object, std::move(deformations), true);
+  return true;
+}
+
+void Shaping::drag(const render::LookAt& look, const Eigen::Vector2d& at) {
+  if (!stroke_) return;
+  // In the plane through the point that was pressed, across the line of sight.
+  const Vector3d direction = look.direction(at.x(), at.y());
+  const double distance =
+      look.forward().dot(stroke_->from - look.position()) / look.forward().dot(direction);
+  const Vector3d way = look.position() + distance * direction - stroke_->from;
+  std::vector<Deformation> deformations = shapes_[stroke_->object];
+  Deformation& last = deformations.back();
+  if (last.kind == DeformKind::dent) {
+    const Vector3d down = look.direction(0.5, 1.0) - look.direction(0.5, 0.0);
+    last.amount = way.dot(down.normalized());
+  } else {
+    const render::WorldObject& object = world_.objects()[stroke_->object];
+    last.amount = way.norm();
+    if (last.amount > 0.0) {
+      last.axis = object.world_from_object.rotation.transpose() * way / last.amount;
+    }
+  }
+  set(stroke_->object, std::move(deformations), true);
+}
+
+void Shaping::release() {
+  if (!stroke_) return;
+  const std::size_t object = std::exchange(stroke_, std::nullopt)->object;
+  set(object, shapes_[object], false);
+}
+
+render::ShapeQuestion Shaping::question() const {
+  render::ShapeQuestion question;
+  question.of = shapes_;
+  question.moving = moving_;
+  question.by = renewal ? render::FollowBy::renewal : render::FollowBy::update;
+  return question;
+}
+
+void Shaping::take(const render::LiveAnswer& answer) {
+  if (answer.shape_refused.empty()) return;
+  note_ = answer.shape_refused + "; the stroke is undone";
+  stroke_.reset();
+  moving_ = false;
+  if (can_undo()) kept_.pop_back();
+  shapes_ = kept_.back();
+  changed_ = true;
+}
+
+}  // namespace kappamu::app

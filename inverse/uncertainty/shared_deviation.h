@@ -1,0 +1,26 @@
+// Errors of a fit that its linearised posterior does not contain; all voxels share them. Steady
+// light determines κ against μ weakly: volumes of equal η = μ/κ + Δ√κ/√κ give nearly equal light
+// (Arridge & Lionheart 1998). The distance between fit and truth along that direction was measured
+// on blocks of known truth. It grows with the contrast found and depends little on the noise.
+// Unresolved structure adds to it (unresolved_structure.h; docs/theory.md, 5).
+#pragma once
+
+#include "core/grid.h"
+#include "inverse/uncertainty/unresolved_structure.h"
+
+namespace kappamu::inverse {
+
+/// Standard deviations of log κ and log μ [dimensionless].
+struct SharedDeviation {
+  double log_kappa = 0.0;
+  double log_mu = 0.0;
+};
+
+/// Standard deviation of log κ along the weakly determined direction, from the contrast of a fitted
+/// κ.
+double contrast_deviation(const Volume<double>& kappa, Face lit);
+
+/// Of a contrast_deviation() and an unresolved_structure(); signs do not matter.
+SharedDeviation shared_deviation(double contrast, const EvenChange& unresolved);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,204 @@
+#include "io/image/picture_values.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "core/error.h"
+#include "io/image/image_integrity.h"
+#include "io/image/oiio_input.h"
+#include "io/read_file.h"
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void reject(const fs::path& file, const std::string& why) {
+  throw InputError(file.string() + ": " + why);
+}
+
+/// The file is whole, as far as its structure says, and its library does not decode it.
+[[noreturn]] void reject_undecoded(const fs::path& file, ImageKind kind) {
+  reject(file, std::string("damaged ") + to_string(kind) +
+                   " image, or compressed in an unusual way; copy it again or save it as a "
+                   "plain PNG or TIFF");
+}
+
+/// Goes to the picture's page among previews and masks (NewSubfileType, TIFF 6.0, section 8).
+void select_page(OiioInput& input, const fs::path& file) {
+  constexpr int reduced = 1, mask = 4;
+  std::vector<int> full;
+  int pages = 0;
+  for (; input.select(pages); ++pages) {
+    const int type = input.spec().get_int_attribute("tiff:subfiletype", 0);
+    if ((type & (reduced | mask)) == 0) full.push_back(pages);
+  }
+  if (full.size() > 1) {
+    reject(file, "holds " + std::to_string(full.size()) +
+                     " full pictures (pages); save the one that is meant as a file of its own");
+  }
+  if (full.empty() && pages > 1) {
+    reject(file, "holds previews and masks only; save the full picture");
+  }
+  input.select(full.empty() ? 0 : full.front());
+}
+
+/// Throws where the file's values are something else than grey or R, G, B: OpenImageIO converts
+/// them, or leaves them as they are.
+void check_colours(const OIIO::ImageSpec& spec, const fs::path& file) {
+  static const std::map<int, const char*> others{{0, "white as code 0 (MinIsWhite)"},
+                                                 {3, "palette colours"},
+                                                 {4, "a mask"},
+                                                 {5, "CMYK inks"},
+                                                 {6, "YCbCr colours"},
+                                                 {8, "CIE Lab colours"},
+                                                 {9, "ICC Lab colours"},
+                                                 {10, "ITU Lab colours"},
+                                                 {32803, "a sensor's mosaic"},
+                                                 {34892, "a sensor's linear colours"}};
+  const int photometric = spec.get_int_attribute("tiff:PhotometricInterpretation", 1);
+  const bool cmyk = spec.get_string_attribute("jpeg:ColorSpace") == "CMYK" || spec.nchannels == 4;
+  const auto found = others.find(photometric);
+  const char* what = found != others.end()                ? found->second
+                     : photometric < 0 || photometric > 2 ? "colours of an unknown kind"
+                     : cmyk && spec.alpha_channel < 0     ? "CMYK inks or a fourth colour"
+                                                          : nullptr;
+  if (what == nullptr) return;
+  reject(file, std::string("holds ") + what + "; save it as grey, black as 0, or RGB");
+}
+
+int colours(const OIIO::ImageSpec& spec) {
+  const bool has_alpha = spec.nchannels > 1 && spec.alpha_channel == spec.nchannels - 1;
+  return spec.nchannels - (has_alpha ? 1 : 0);
+}
+
+void check_channels(const OIIO::ImageSpec& spec, const fs::path& file) {
+  const int channels = colours(spec);
+  if (channels != 1 && channels != 3) {
+    reject(file, "holds " + std::to_string(channels) + " channels; save it as grey or RGB");
+  }
+  if (spec.depth != 1) reject(file, "holds a volume; save its slice as a picture of its own");
+}
+
+int bits_of(const OIIO::ImageSpec& spec, const fs::path& file) {
+  const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
+  const OIIO::TypeDesc format = spec.format;
+  const bool codes = format == OIIO::TypeUInt8 || format == OIIO::TypeUInt16;
+  if (codes && (bits == 8 || bits == 16)) return format == OIIO::TypeUInt8 ? 8 : 16;
+  const std::string what = format.is_floating_point() ? "floats"
+                           : format.is_signed()       ? "signed whole numbers"
+                                                      : "whole numbers";
+  reject(file, "holds " + what + " of " + std::to_string(codes ? bits : 8 * format.size()) +
+                   " bits; save it with 8 or 16 bits per channel, without sign");
+}
+
+/// Values of the opened picture, of the channels that are colours; of `part` alone, where given.
+template <class Value>
+Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
+                         const std::optional<Region>& part = {}) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const auto stored = static_cast<std::size_t>(spec.nchannels);
+  const Region wanted = part.value_or(Region{0, 0, spec.width, spec.height});
+  Image<Value> image(wanted.width, wanted.height, colours(spec));
+  const auto kept = static_cast<std::size_t>(image.channels());
+  // 8-bit codes keep their values: OpenImageIO scales where it converts.
+  const bool bytes = std::is_integral_v<Value> && spec.format == OIIO::TypeUInt8;
+  const auto copy = [&]<class Stored>(const Stored* from, Value* to) {
+    for (int x = 0; x < wanted.width; ++x, from += stored, to += kept) std::copy_n(from, kept, to);
+  };
+  const auto take = [&](int first, int rows, const std::byte* from) {
+    for (int row = std::max(first, wanted.top); row < std::min(first + rows, wanted.bottom());
+         ++row) {
+      const std::size_t at =
+          (static_cast<std::size_t>(row - first) * spec.width + wanted.left) * stored;
+      Value* to = &image(0, row - wanted.top);
+      if (bytes) {
+        copy(reinterpret_cast<const std::uint8_t*>(from) + at, to);
+      } else {
+        copy(reinterpret_cast<const Value*>(from) + at, to);
+      }
+    }
+  };
+  const OIIO::TypeDesc format =
+      bytes ? OIIO::TypeUInt8 : OIIO::TypeDesc(OIIO::BaseTypeFromC<Value>::value);
+  if (!input.read(format, take, wanted.bottom())) reject_undecoded(file, kind);
+  return image;
+}
+
+void check_extent(const OIIO::ImageSpec& spec, const fs::path& file, std::size_t bytes, int bits,
+                  const SizeCheck& expected) {
+  const int channels = colours(spec);
+  check_size(file, {spec.width, spec.height, channels, bits}, bytes, expected);
+  if (spec.tile_width > 0) {
+    check_size(file, {spec.tile_width, spec.tile_height, channels}, bytes, {});
+  }
+}
+
+void check_structure(std::span<const std::byte> bytes, const fs::path& file, ImageKind kind) {
+  const Integrity integrity = check_integrity(bytes);
+  if (integrity == Integrity::complete) return;
+  reject(file, std::string(integrity == Integrity::truncated ? "truncated " : "damaged ") +
+                   to_string(kind) + " image; copy or photograph it again");
+}
+
+}  // namespace
+
+CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
+                       const std::optional<Region>& part) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  const ImageKind kind = image_kind(bytes);
+  if (bytes.empty()) reject(file, "the file is empty");
+  if (kind == ImageKind::unknown) {
+    reject(file, "not a PNG, TIFF or JPEG image; convert it to one of them");
+  }
+  if (kind == ImageKind::exr || kind == ImageKind::radiance) {
+    reject(file, std::string("not a PNG, TIFF or JPEG image but ") + to_string(kind) +
+                     "; give it that format's ending");
+  }
+  check_structure(bytes, file, kind);
+  if (const auto size = jpeg_size(bytes)) {
+    check_size(file, *size, bytes.size(), expected);
+    if (size->bits > 8) {
+      reject(file, "holds " + std::to_string(size->bits) +
+                       " bits per channel, which JPEG readers do not take; save it as a 16-bit "
+                       "PNG or TIFF");
+    }
+  }
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, kind);
+  if (kind == ImageKind::tiff) select_page(input, file);
+  check_colours(input.spec(), file);
+  check_channels(input.spec(), file);
+  const int bits = bits_of(input.spec(), file);
+  check_extent(input.spec(), file, bytes.size(), bits, expected);
+  return {read_values<std::uint16_t>(input, file, kind, part), bits};
+}
+
+bool is_float_tiff(std::span<const std::byte> bytes) {
+  constexpr std::uint64_t sample_format = 339;
+  constexpr double floats = 3.0;
+  return tiff_number(bytes, sample_format) == floats;
+}
+
+Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& bytes,
+                              const SizeCheck& expected) {
+  check_structure(bytes, file, ImageKind::tiff);
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+  select_page(input, file);
+  check_colours(input.spec(), file);
+  check_channels(input.spec(), file);
+  if (!input.spec().format.is_floating_point()) {
+    reject(file, "its picture holds no floats, its first page does; save the picture alone");
+  }
+  // OpenImageIO 2.4 reads zeros from rows of doubles.
+  if (input.spec().format == OIIO::TypeDesc::DOUBLE) {
+    reject(file, "holds floats of 64 bits; save it with 32");
+  }
+  check_extent(input.spec(), file, bytes.size(), 0, expected);
+  return read_values<float>(input, file, ImageKind::tiff);
+}
+
+}  // namespace kappamu::io
