@@ -33,7 +33,6 @@ Json to_json(const PathState& state) {
                        r.chi2_per_value, r.roughness, r.seconds});
   }
   return {{"weight", state.weight},
-          {"last_chi2", state.last_chi2},
           {"seconds", state.seconds},
           {"homogeneous",
            {report.homogeneous_kappa, report.homogeneous_mu, report.homogeneous_log_residual}},
@@ -45,7 +44,6 @@ Json to_json(const PathState& state) {
 PathState from_json(const Json& json) {
   PathState state;
   state.weight = json.at("weight").get<double>();
-  state.last_chi2 = json.at("last_chi2").get<double>();
   state.seconds = json.at("seconds").get<double>();
   inverse::FitReport& report = state.report;
   report.homogeneous_kappa = json.at("homogeneous").at(0).get<double>();

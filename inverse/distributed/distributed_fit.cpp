@@ -126,8 +126,6 @@ std::string reason_of(const FitReport& report, bool ran_out) {
       return "the objective stopped falling at " + where + ", the noise of the data";
     case PathEnd::asked:
       return "the objective stopped falling at " + where + " under the weight asked for";
-    case PathEnd::no_gain:
-      return "a lower weight did not lower chi2 below " + where;
     default:
       return "the lowest weight ended the path at " + where;
   }
@@ -191,17 +189,15 @@ PieceFit fit_pieces(std::shared_ptr<const BlockPieces> pieces, const Problem& pr
     const double chi2 = objective.chi2_per_value();
     report.chi2_per_value = chi2;
     report.weight = state.weight;
-    report.end =
-        end_of_path(options.path, state.weight, {chi2, chi2}, std::nullopt, {state.last_chi2, 0.0});
+    report.end = end_of_path(options.path, state.weight, {chi2, chi2}, std::nullopt, 0.0);
     if (report.end != PathEnd::unknown) break;
-    state.last_chi2 = chi2;
     state.weight *= options.path.weight_factor;
     state.seconds = seconds_before + watch.seconds();
     const ConstValues own(x.get());
     for (std::size_t i = 0; i < state.own.size(); ++i) state.own[i] = own[i];
     checkpoint.save(state);
   }
-  const bool above = report.end == PathEnd::no_gain || report.end == PathEnd::lowest;
+  const bool above = report.end == PathEnd::lowest;
   report.status = ran_out ? FitStatus::ran_out
                   : above ? FitStatus::above_noise
                           : FitStatus::converged;

@@ -18,7 +18,6 @@ namespace kappamu::inverse::distributed {
 /// Where a fit stands between two weights.
 struct PathState {
   double weight = 0.0;      ///< that comes next
-  double last_chi2 = 0.0;   ///< at the end of the one before; 0 before the first
   double seconds = 0.0;     ///< so far
   FitReport report;         ///< so far: start and history
   std::vector<double> own;  ///< of this rank: log κ of its voxels, then log μ
