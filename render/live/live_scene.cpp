@@ -38,11 +38,6 @@ bool same(const std::optional<EnvironmentLight>& a, const std::optional<Environm
 
 }  // namespace
 
-std::optional<double> LiveAnswer::error() const {
-  if (!error_estimate || !model_error) return error_estimate ? error_estimate : model_error;
-  return std::hypot(*error_estimate, *model_error);
-}
-
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
                      std::vector<std::string>& warnings)
     : world_(scene, warnings),
@@ -53,12 +48,6 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       diffuse_(world_.objects().size()) {}
 
 LiveScene::~LiveScene() = default;
-
-void LiveAnswer::take_over(LiveAnswer& earlier) {
-  moved.merge(earlier.moved);
-  if (shape_refused.empty()) shape_refused = earlier.shape_refused;
-  if (refused.empty()) refused = earlier.refused;
-}
 
 void LiveScene::show(const LiveAnswer& answer) {
   for (const auto& [object, vertices] : answer.moved) world_.move(object, vertices);
@@ -156,6 +145,7 @@ void LiveScene::take_media(const LiveQuestion& question) {
   if (!changed && !refracts_otherwise) return;
   features_.clear();
   refused_.clear();
+  impossible_.clear();
   const bool homogeneous = all_homogeneous(solved());
   std::erase_if(solvers_, [&](const auto& one) {
     const bool answers = homogeneous || forward::object_model(one.first).can.heterogeneous;
@@ -165,7 +155,7 @@ void LiveScene::take_media(const LiveQuestion& question) {
 
 /// Why the model does not answer; empty: it does.
 std::string LiveScene::take_model(const std::string& model, Progress& progress) {
-  if (model.empty() || model == chosen_ || (last_ && model == last_->model)) return "";
+  if (model.empty() || model == chosen_) return "";
   if (solvers_of(model, progress) != nullptr) {
     chosen_ = model;
     return "";
@@ -197,6 +187,7 @@ std::string LiveScene::take_shapes(const ShapeQuestion& shape) {
   for (auto& [step, record] : records_) record.error.reset();
   if (shapes_.any_moves()) return refused;
   refused_.clear();
+  impossible_.clear();
   environment_rays_ = 0.0;
   return refused;
 }
@@ -264,7 +255,7 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
   return answer;
 }
 
-/// Lights of a shape that moves wait for it, and nothing finer is worth its time.
+/// While shapes move, the coarsest of a model that can follow them.
 LiveScene::Step LiveScene::answering_step(Progress& progress, std::string& refused) {
   const auto step = [&] {
     return shapes_.any_moves() ? first_step(progress) : moving_step(progress);
@@ -325,8 +316,10 @@ std::optional<LiveScene::Step> LiveScene::better_model(Progress& progress) {
     if (!of_model || *of_model > worthwhile * *error) continue;
     const Solvers* solvers = solvers_of(model, progress);
     if (solvers == nullptr) continue;
-    if (keep(*solvers)) return Step{model, 0};
-    if (!anew) anew = Step{model, 1};
+    const Step step{model, keep(*solvers) ? 0 : 1};
+    if (impossible_.contains(step)) continue;
+    if (step.second == 0) return step;
+    if (!anew) anew = step;
   }
   return anew;
 }
@@ -336,8 +329,9 @@ std::optional<LiveScene::Step> LiveScene::next_step(Progress& progress) {
   const bool exact = last_->error_estimate && *last_->error_estimate <= tolerance_;
   int levels = std::numeric_limits<int>::max();
   for (const auto& solver : solvers_.at(last_->model)) levels = std::min(levels, solver->levels());
-  if (exact || last_->level + 1 >= levels) return std::nullopt;
-  return Step{last_->model, last_->level + 1};
+  const Step finer{last_->model, last_->level + 1};
+  if (exact || finer.second >= levels || impossible_.contains(finer)) return std::nullopt;
+  return finer;
 }
 
 /// Of the answer that was just given at a step, by the one before it where that is of the level
@@ -370,13 +364,16 @@ std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
   }
   const bool preview = environment_ && environment_rays_ < environment_rays;
   if (preview) light_environment(environment_rays, progress);
-  const std::optional<Step> next = next_step(progress);
-  if (next) {
-    LiveAnswer answer = solve(*next, progress);
-    answer.refused = last_->refused;
-    state_errors(*next, answer);
-    last_ = std::move(answer);
-    return last_;
+  while (const std::optional<Step> next = next_step(progress)) {
+    try {
+      LiveAnswer answer = solve(*next, progress);
+      answer.refused = last_->refused;
+      state_errors(*next, answer);
+      last_ = std::move(answer);
+      return last_;
+    } catch (const InputError&) {
+      impossible_.insert(*next);
+    }
   }
   const Step same_step{last_->model, last_->level};
   if (preview) {
