@@ -229,13 +229,23 @@ double apart(const LiveAnswer& one, const LiveAnswer& other, const Surface& surf
   return std::sqrt(difference / size);
 }
 
+/// The last answer, once there is no better one: with all of the sky's light.
+LiveAnswer settled(LiveScene& live) {
+  Progress progress;
+  LiveAnswer last;
+  while (const auto better = live.refined(progress)) last = *better;
+  return last;
+}
+
 // After any way through shapes, the answer at rest is that of a scene which had the shape at once.
 TEST(LiveShape, AnswerAtRestIsTheAnswerFromScratch) {
   constexpr double promised = 0.01;
   for (const auto& [shape, proportion] : {std::pair{"slab", 0.3}, std::pair{"candle", 0.5}}) {
     Scene scene = lit_shape(shape, proportion);
     std::vector<std::string> warnings;
-    LiveScene live(scene, {}, warnings);
+    LiveOptions options;
+    options.model = "dipole-rotated";
+    LiveScene live(scene, options, warnings);
     Progress progress;
     live.answer({scene.lights, {}}, progress);
     std::vector<Deformation> deform{along_z(DeformKind::twist, 0.0), Deformation()};
@@ -243,23 +253,19 @@ TEST(LiveShape, AnswerAtRestIsTheAnswerFromScratch) {
     deform[1].amount = 0.1;
     deform[1].wavelength_mm = 4.0;
     LiveAnswer last;
-    // A slab is a block of voxels until it is twisted: then another model begins.
-    std::string mode = shape == std::string("slab") ? "on the fly" : "incremental";
     for (const double degrees : {10.0, 25.0, 55.0, 40.0}) {
       deform[0].amount = degrees;
       last = live.answer({scene.lights, {}, "", {{{0, deform}}, true}}, progress);
-      EXPECT_EQ(last.mode, mode);
-      mode = "incremental";
+      EXPECT_EQ(last.mode, "incremental");
       EXPECT_EQ(last.moved.size(), 1U);
     }
     last = live.answer({scene.lights, {}, "", {{{0, deform}}, false}}, progress);
     EXPECT_TRUE(last.caught_up);
     EXPECT_EQ(last.shape_refused, "");
     scene.objects[0].deform = deform;
-    LiveScene fresh(scene, {}, warnings);
-    EXPECT_LT(
-        apart(last, fresh.answer({scene.lights, {}}, progress), fresh.world().objects()[0].surface),
-        promised)
+    LiveScene fresh(scene, options, warnings);
+    fresh.answer({scene.lights, {}}, progress);
+    EXPECT_LT(apart(settled(live), settled(fresh), fresh.world().objects()[0].surface), promised)
         << shape;
     // And what is drawn is what was solved.
     live.show(last);
