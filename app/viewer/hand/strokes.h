@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/viewer/editing.h"
-#include "app/viewer/mouse.h"
+#include "app/viewer/hand/mouse.h"
 #include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"

@@ -1,4 +1,4 @@
-#include "app/viewer/strokes.h"
+#include "app/viewer/hand/strokes.h"
 
 #include <imgui.h>
 

@@ -1,4 +1,4 @@
-#include "app/viewer/mouse.h"
+#include "app/viewer/hand/mouse.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
