@@ -102,7 +102,7 @@ void run_edit(const EditOptions& options, const Globals& globals) {
 void add_edit(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "edit",
-      R"(Change κ and μ of a volume, or the material of a scene's object, by a recipe of edits.
+      R"(Change a volume's κ and μ, or a scene object's material, by a recipe.
 
 SOURCE is a scene (.json), a .vdb file, a run folder, or a folder with volume.json. The recipe,
 a JSON file of format kappamu-edit (docs/formats.md, "Edits"), lists edits in order. Each

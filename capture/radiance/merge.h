@@ -29,7 +29,7 @@ struct MergeOptions {
   OnFault on_motion = OnFault::refuse;
   /// merge_stack() only: the part of the picture that is read, compared and merged, its edges on
   /// multiples of merged_grid_px or the picture's own.
-  Part part;
+  Part part{};
 };
 
 /// Blocks of capture/radiance/steadiness.h, of each of a mosaic's four kinds of site, lie the same

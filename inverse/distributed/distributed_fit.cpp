@@ -33,26 +33,39 @@ struct Stage {
   double weight;
   double seconds_before;
   Stopwatch watch{};
-  double last = 0.0;  ///< objective of the step before
+  double last = 0.0;   ///< objective of the step before
+  double scale = 0.0;  ///< of the objective, so that the first step, the gradient, is of first_step
   int small_decreases = 0;
   bool ran_out = false;
   std::exception_ptr failure{};
 };
+
+/// Largest change of log κ or log μ in the first step at a weight, before L-BFGS knows any scale.
+constexpr double first_step = 0.1;
 
 PetscErrorCode value_and_gradient(Tao, Vec x, PetscReal* value, Vec gradient, void* context) {
   Stage& stage = *static_cast<Stage*>(context);
   try {
     const std::size_t size = stage.objective.size();
     const ConstValues at(x);
-    const Values slope(gradient);
     *value = stage.objective.value({&at[0], size});
-    // A line search that has gone astray comes back from any large value.
-    constexpr double beyond = 1e30;
     if (std::isfinite(*value)) {
-      stage.objective.gradient({&slope[0], size});
+      {
+        const Values slope(gradient);
+        stage.objective.gradient({&slope[0], size});
+      }
+      if (stage.scale == 0.0) {
+        PetscReal largest = 0.0;
+        petsc(VecNorm(gradient, NORM_INFINITY, &largest));
+        stage.scale = largest > 0.0 ? first_step / largest : 1.0;
+      }
+      petsc(VecScale(gradient, stage.scale));
+      *value *= stage.scale;
     } else {
-      *value = beyond;
-      for (std::size_t i = 0; i < size; ++i) slope[i] = 0.0;
+      // A line search that has gone astray comes back from a large value, and does not stand still.
+      constexpr double beyond = 100.0;
+      *value = beyond * stage.scale * stage.last;
+      petsc(VecZeroEntries(gradient));
     }
     return 0;
   } catch (...) {
@@ -67,6 +80,7 @@ PetscErrorCode test_convergence(Tao tao, void* context) {
   PetscInt step = 0;
   PetscReal value = 0.0, gradient = 0.0;
   PetscCall(TaoGetSolutionStatus(tao, &step, &value, &gradient, nullptr, nullptr, nullptr));
+  value /= stage.scale;
   stage.report.history.push_back({.weight = stage.weight,
                                   .step = static_cast<int>(step),
                                   .solves = stage.objective.solves(),

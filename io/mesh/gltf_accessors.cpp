@@ -235,7 +235,8 @@ Accessor GltfAccessors::read(std::size_t index, const char* use, std::size_t par
   };
   Kind kind = kind_of(accessor);
   kind.normalized = accessor.value("normalized", json(false)) == true;
-  if (accessor.value("type", json()) != (parts == 3 ? "VEC3" : "SCALAR")) {
+  constexpr std::array<const char*, 3> types{"SCALAR", "VEC2", "VEC3"};
+  if (accessor.value("type", json()) != types.at(parts - 1)) {
     refuse(std::string(use) + " of its glTF is of another type than glTF 2.0 asks for");
   }
   Accessor result;

@@ -242,6 +242,8 @@ def render(
     *,
     new_scene: _Word | None = ...,
     polycube: _Word | None = ...,
+    frames: _Word | None = ...,
+    turntable: int | None = ...,
     model: _Word | None = ...,
     parameter: _Word | _Sequence | None = ...,
     model_schema: bool | None = ...,

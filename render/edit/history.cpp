@@ -23,17 +23,16 @@ VoxelValue value_of(const io::VolumeSet& set, std::size_t channel, std::size_t v
           set.mu_std.empty() ? 0.0 : set.mu_std[channel][voxel]};
 }
 
-/// The channels that `edit` is for, by their place in the set.
+/// The channels that `edit` is for, by their place in the set, in the edit's own order.
 std::vector<std::size_t> channels_of(const Edit& edit, const io::VolumeSet& set) {
   std::vector<std::size_t> places;
-  for (std::size_t c = 0; c < set.channels.size(); ++c) {
-    if (edit.channels.empty() ||
-        std::count(edit.channels.begin(), edit.channels.end(), set.channels[c]) > 0) {
-      places.push_back(c);
+  for (const std::string& name : edit.channels.empty() ? set.channels : edit.channels) {
+    const auto found = std::find(set.channels.begin(), set.channels.end(), name);
+    if (found != set.channels.end()) {
+      const auto place = static_cast<std::size_t>(found - set.channels.begin());
+      if (std::count(places.begin(), places.end(), place) == 0) places.push_back(place);
+      continue;
     }
-  }
-  for (const std::string& name : edit.channels) {
-    if (std::count(set.channels.begin(), set.channels.end(), name) > 0) continue;
     std::string all;
     for (const std::string& channel : set.channels) all += (all.empty() ? "" : ", ") + channel;
     throw InputError("the volume has no channel " + name +

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "io/volume/volume_file.h"
 #include "render/material/baked_field.h"
 #include "render/scene/composed_field.h"
@@ -111,8 +112,8 @@ GridShape voxels_of(const Vector3d& box, double voxel_mm) {
   const Eigen::Array3d n = (box / voxel_mm).array().ceil().max(1.0);
   if (n.maxCoeff() > largest_extent ||
       2.0 * channels * n.prod() > static_cast<double>(io::default_most_voxels)) {
-    throw InputError("voxels of " + std::to_string(voxel_mm) + " mm are too many for it (" +
-                     std::to_string(n.prod()) + "); write a larger voxel_mm");
+    throw InputError("voxels of " + shown_number(voxel_mm) + " mm are too many for it (" +
+                     shown_number(n.prod()) + "); write a larger voxel_mm");
   }
   return {static_cast<int>(n[0]), static_cast<int>(n[1]), static_cast<int>(n[2]), voxel_mm};
 }

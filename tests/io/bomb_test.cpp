@@ -323,7 +323,7 @@ TEST_F(Bomb, FilesOfHolesAreRefusedByTheirSize) {
                   : file.extension() == ".exr" ? static_cast<void>(read_exr(file))
                                                : static_cast<void>(read_code_image(file));
                 }),
-                HasSubstr("its 50000000000 bytes are more than the 536870912 that"));
+                HasSubstr("its 50000000000 bytes are more than the 1073741824 that"));
   }
 }
 

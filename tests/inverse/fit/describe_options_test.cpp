@@ -71,7 +71,7 @@ TEST(FitOptionsDescription, NumbersOutOfBoundsAreRefusedByName) {
       refused(option, std::numeric_limits<double>::quiet_NaN());
     }
   });
-  EXPECT_GT(checked, 58);
+  EXPECT_GT(checked, 54);
 }
 
 TEST(FitOptionsDescription, FingerprintChangesWithWhatShapesTheVolumesAlone) {

