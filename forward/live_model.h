@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "forward/object_model.h"
@@ -46,28 +47,34 @@ class LiveModel {
  public:
   struct Answer {
     ExitanceOfChannels exitance;
-    int iterations = 0;     ///< of the slowest channel
-    double residual = 0.0;  ///< of the worst channel, relative, by the solver's measure
+    std::size_t elements = 0;  ///< cells or triangles
+    int iterations = 0;        ///< of the slowest channel
+    double residual = 0.0;     ///< of the worst channel, relative, by the solver's measure
     bool converged = true;
   };
 
   virtual ~LiveModel() = default;
 
-  /// Beams closer than this change the answer no more [mm]; 0: those of incident_light() do.
+  /// How finely it can answer: level 0 is coarse and keeps up with lights that move, each further
+  /// one is finer and made when it is first asked for.
+  virtual int levels() const { return 1; }
+  /// At level 0, beams closer than this change the answer no more [mm]; 0, and at finer levels:
+  /// those of incident_light() do.
   virtual double beam_spacing_mm() const { return 0.0; }
-  virtual Answer solve(const LightOfChannels& light) = 0;
+  /// Starts from the level's last answer. Throws InputError where the object has no such level.
+  virtual Answer solve(const LightOfChannels& light, int level, Progress& progress) = 0;
+  /// Relative error of `fine`, the answer at `level` to this light; `coarse`: that at the level
+  /// before, empty at level 0. None: a finer level knows.
+  virtual std::optional<double> measured_error(const LightOfChannels& light, int level,
+                                               const ExitanceOfChannels& fine,
+                                               const ExitanceOfChannels& coarse) const = 0;
 
   /// The body's mesh, surface and rays are of another shape of the same triangles. Catching up
-  /// takes some `most_ms` at most, as far as the model can bound it. False: the model cannot follow
-  /// and has to be made anew.
+  /// takes some `most_ms` at most, as far as the model can bound it; finer levels are made anew.
+  /// False: the model cannot follow and has to be made anew.
   virtual bool follow(double /*most_ms*/) { return false; }
   /// Whether answers are of the shape as it is, and not of one that is still to be caught up with.
   virtual bool caught_up() const { return true; }
-  /// Links, cells: what an answer is computed with.
-  virtual std::size_t elements() const { return 0; }
-  /// Relative error of an answer by solve(), by a finer one.
-  virtual double measured_error(const LightOfChannels& light,
-                                const ExitanceOfChannels& exitance) const = 0;
 };
 
 }  // namespace kappamu::forward

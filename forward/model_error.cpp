@@ -78,7 +78,7 @@ class WithModelError final : public ChannelsModel {
                                            Progress& progress) override {
     std::vector<ObjectResult> results = model_->solve_channels(problems, options, progress);
     for (std::size_t c = 0; c < results.size(); ++c) {
-      if (description_.errs_by != nullptr) state(problems[c], *description_.errs_by, results[c]);
+      if (description_.errs_by != nullptr) state(problems[c], results[c]);
       if (warns_) warn(options, results[c]);
     }
     return results;
@@ -97,11 +97,11 @@ class WithModelError final : public ChannelsModel {
     }
   }
 
-  void state(const ObjectProblem& problem, const ErrorLaw& law, ObjectResult& result) const {
+  void state(const ObjectProblem& problem, ObjectResult& result) const {
     ObjectFeatures features;
     for (std::size_t l = 0; l < problem.lights.size(); ++l) {
       features = features_of(problem, l);
-      const double error = error_quantile({error_by(law, features), law.spread}, probability);
+      const double error = expected_error(description_, features).value();
       const ObjectBalance& balance = result.balance[l];
       result.model_error.push_back(
           std::max(error, balance.entering > 0.0 ? balance.created / balance.entering : 0.0));
@@ -130,6 +130,13 @@ class WithModelError final : public ChannelsModel {
 std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model,
                                               const ModelDescription& description, bool warns) {
   return std::make_unique<WithModelError>(std::move(model), description, warns);
+}
+
+std::optional<double> expected_error(const ModelDescription& description,
+                                     const ObjectFeatures& features) {
+  if (description.errs_by == nullptr) return std::nullopt;
+  const ErrorLaw& law = *description.errs_by;
+  return error_quantile({error_by(law, features), law.spread}, probability);
 }
 
 std::vector<double> error_map(const ObjectProblem& problem, const ObjectResult& result,

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "forward/choice/object_features.h"
 #include "forward/object_model.h"
 
 namespace kappamu::forward {
@@ -20,6 +22,11 @@ struct ModelDescription;
 /// should be followed where it meets the object again and is not.
 std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model,
                                               const ModelDescription& description, bool warns);
+
+/// What the model errs by against transport on such an object, not exceeded with a probability of
+/// 0.95; none: it does not err, or was not measured.
+std::optional<double> expected_error(const ModelDescription& description,
+                                     const ObjectFeatures& features);
 
 /// Relative error of every sample of a light's exitance; its 2-norm over the surface is
 /// `result.error(light)`. Of a model of diffusion it is larger at edges, in thin parts and where

@@ -33,7 +33,8 @@ OptionValues ObjectModel::parameters() {
 }
 
 std::unique_ptr<LiveModel> ObjectModel::keep(const LiveBody& /*object*/,
-                                             const ObjectOptions& /*options*/) {
+                                             const ObjectOptions& /*options*/,
+                                             Progress& /*progress*/) {
   return nullptr;
 }
 

@@ -143,7 +143,8 @@ class ObjectModel {
   }
   /// What the model keeps of an object whose light moves (forward/live_model.h), which outlives
   /// it; none: every light is answered anew.
-  virtual std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options);
+  virtual std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options,
+                                          Progress& progress);
 };
 
 /// A model whose work on the shape serves all channels, and so gives solve_channels() alone.

@@ -70,13 +70,14 @@ std::filesystem::path usual_edits(const std::string& scene) {
   return (std::filesystem::is_directory(path) ? path.filename() : path.stem()).string() + "-edits";
 }
 
-void run_view(const ViewArguments& arguments, const Globals& globals) {
-  constexpr int usual_width = 960;
+/// Whether another file is to be looked at, which `arguments` then have.
+bool look_at(ViewArguments& arguments, const Globals& globals) {
+  constexpr int usual_width = 1280;
+  ViewerOptions options;
   const auto progress = make_progress();
   std::optional<TemporaryFolder> folder;
   const render::Scene scene = scene_of(arguments.scene, folder);
   pipeline::require_as_written(render::files_of(scene));
-  ViewerOptions options;
   options.script = arguments.script;
   options.out = arguments.out;
   options.title = arguments.scene;
@@ -92,14 +93,26 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
                           arguments.model.values()},
                          warnings);
   for (const std::string& warning : warnings) progress->warn(warning);
+  options.check = [](const std::string& path) {
+    std::optional<TemporaryFolder> other;
+    scene_of(path, other);
+  };
   const ViewerTimes times = view(scene, live, options);
   for (const std::string& warning : times.warnings) progress->warn(warning);
   if (times.interrupted) {
     std::signal(SIGINT, SIG_DFL);
     std::raise(SIGINT);
   }
+  if (times.opened) {
+    arguments.scene = *times.opened;
+    arguments.edits.reset();
+    return true;
+  }
   if (globals.json) {
-    const nlohmann::json summary{{"model", live.model()},
+    const auto known = [](const std::optional<double>& value) {
+      return value ? nlohmann::json(*value) : nlohmann::json();
+    };
+    const nlohmann::json summary{{"model", times.last.model},
                                  {"models", render::live_models(live.world())},
                                  {"answers", times.answers},
                                  {"frames", times.frames},
@@ -107,15 +120,22 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
                                  {"model_ms", times.model_ms},
                                  {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
-                                 {"error_estimate", times.error_estimate},
+                                 {"first_picture_s", times.first_picture_s},
+                                 {"first_light_s", times.first_light_s},
+                                 {"settled_s", times.settled_s},
+                                 {"elements", times.last.elements},
+                                 {"error_estimate", known(times.last.error_estimate)},
+                                 {"model_error", known(times.last.model_error)},
                                  {"screenshots", times.screenshots},
                                  {"saved", times.saved},
                                  {"warnings", times.warnings}};
     print_json(summary);
-    return;
+    return false;
   }
-  std::printf("model                %s, error of numerics %.2g %%\n", live.model().c_str(),
-              100.0 * times.error_estimate);
+  std::printf("model                %s, %zu elements, error %.2g %%\n", times.last.model.c_str(),
+              times.last.elements, 100.0 * times.last.error().value_or(0.0));
+  std::printf("since the start      first picture %.1f s, first light %.1f s, settled %.1f s\n",
+              times.first_picture_s, times.first_light_s, times.settled_s);
   std::printf("medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms\n",
               times.light_ms, times.model_ms, times.frame_ms);
   for (const std::string& screenshot : times.screenshots) {
@@ -123,6 +143,11 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   }
   for (const std::string& file : times.saved)
     std::printf("saved                %s\n", file.c_str());
+  return false;
+}
+
+void run_view(ViewArguments arguments, const Globals& globals) {
+  while (look_at(arguments, globals)) continue;
 }
 
 }  // namespace
@@ -133,8 +158,8 @@ void add_view(CLI::App& app, Globals& globals) {
       R"(Turn lights round objects in a window, their diffusion solved again each time.
 
 SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.
-Drag left: orbit; drag right: the light; wheel: nearer or farther. The panel states what an
-answer takes, the error of the model's numerics, and whether the picture lags behind the light.
+F1 in the window lists keys and mouse. A coarse picture comes first and sharpens while nothing
+moves, up to the tolerance. The window states model, error and what it computes.
 
 Seen is the light that diffusion lets out; reflections and single scattering are in
 `kappamu render` alone.
@@ -153,14 +178,15 @@ save, screenshot NAME, quit.)");
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()
       ->type_name("SCENE|RUN");
-  add_model_options(*command, arguments->model,
-                    "Model of light; by itself the first of those that follow lights (\"live\", "
-                    "`kappamu render --help`) and can answer for the objects, the special before "
-                    "the general; the window changes it",
-                    forward::object_model_names());
+  add_model_options(
+      *command, arguments->model,
+      "Model of light; by itself of those that follow lights (\"live\", `kappamu render "
+      "--help`) the one that keeps up while lights move, and at rest the one that "
+      "errs least; the window changes it",
+      forward::object_model_names());
   command
       ->add_option("--tolerance", arguments->tolerance,
-                   "Relative error asked of models that refine; by itself 0.1")
+                   "Relative error asked of the picture at rest; by itself the scene's")
       ->check(CLI::Range(1e-6, 1.0));
   command->add_option("--width", arguments->width, "Of the picture [px]")
       ->check(CLI::Range(16, 16384));

@@ -1,27 +1,34 @@
 #include "app/viewer/answers.h"
 
-#include <functional>
-
 #include "core/error.h"
 
 namespace kappamu::app {
 
 namespace {
 
-class Stoppable : public Progress {
- public:
-  explicit Stoppable(std::function<bool()> stopped) : stopped_(std::move(stopped)) {}
-  void update(const std::string&, double, const std::string&) override {
-    if (stopped_()) throw Cancelled();
-  }
-
- private:
-  std::function<bool()> stopped_;
-};
+/// An answer of this time is waited for, though another question is asked: a hand that keeps moving
+/// shall see where it is [s].
+constexpr double worth_waiting_s = 0.5;
 
 }  // namespace
 
-Answers::Answers(render::LiveScene& scene) : scene_(scene), thread_([this] { work(); }) {}
+class Answers::Listener : public Progress {
+ public:
+  explicit Listener(Answers& answers) : answers_(answers) {}
+  void update(const std::string& stage, double fraction, const std::string& detail) override {
+    const std::lock_guard lock(answers_.mutex_);
+    if (answers_.cancelled()) throw Cancelled();
+    answers_.now_.stage = stage;
+    answers_.now_.detail = detail;
+    answers_.now_.fraction = fraction;
+  }
+
+ private:
+  Answers& answers_;
+};
+
+Answers::Answers(render::LiveScene& scene, std::function<void()> ready)
+    : scene_(scene), ready_(std::move(ready)), thread_([this] { work(); }) {}
 
 Answers::~Answers() {
   {
@@ -48,35 +55,62 @@ std::optional<render::LiveAnswer> Answers::take() {
 
 bool Answers::waiting() const {
   const std::lock_guard lock(mutex_);
-  return asked_ || working_ || answer_;
+  return asked_ || (working_ && !now_.refining) || answer_ || failure_;
+}
+
+bool Answers::refining() const {
+  const std::lock_guard lock(mutex_);
+  return refining_ || (working_ && now_.refining);
+}
+
+std::optional<Answers::Work> Answers::work_now() const {
+  const std::lock_guard lock(mutex_);
+  if (!working_) return std::nullopt;
+  Work now = now_;
+  now.seconds = since_.seconds();
+  return now;
+}
+
+/// With the mutex held.
+bool Answers::cancelled() const {
+  return stop_ || (asked_ && (now_.refining || since_.seconds() > worth_waiting_s));
 }
 
 void Answers::work() {
-  Stoppable progress([this] {
-    const std::lock_guard lock(mutex_);
-    return stop_;
-  });
+  Listener progress(*this);
   std::unique_lock lock(mutex_);
   while (!stop_) {
-    if (!asked_) {
+    if (!asked_ && !refining_) {
       changed_.wait(lock);
       continue;
     }
-    const render::LiveQuestion question = *std::exchange(asked_, std::nullopt);
+    const std::optional<render::LiveQuestion> question = std::exchange(asked_, std::nullopt);
     working_ = true;
+    now_ = {};
+    now_.refining = !question;
+    since_ = {};
     lock.unlock();
     std::optional<render::LiveAnswer> answer;
     std::exception_ptr failure;
+    bool given_up = false;
     try {
-      answer = scene_.answer(question, progress);
+      answer = question ? scene_.answer(*question, progress) : scene_.refined(progress);
+    } catch (const Cancelled&) {
+      given_up = true;
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
     working_ = false;
+    refining_ = answer || given_up;
     failure_ = failure;
-    if (answer && answer_) answer->take_over(*answer_);
-    answer_ = std::move(answer);
+    if (answer) {
+      if (answer_) answer->take_over(*answer_);
+      answer_ = std::move(answer);
+    }
+    lock.unlock();
+    ready_();
+    lock.lock();
     if (failure_) return;
   }
 }

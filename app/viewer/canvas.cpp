@@ -39,6 +39,7 @@ in vec3 at, facing, eta_a_rphi, out_flow, in_flow;
 uniform vec3 eye;
 uniform float exposure;
 uniform int channel;
+uniform bool lit;
 out vec4 colour;
 const float pi = 3.14159265358979;
 void main() {
@@ -49,7 +50,7 @@ void main() {
   float through = (1.0 - 0.5 * (s * s + p * p)) / (eta * eta);
   vec3 radiance = through * ((2.0 * eta_a_rphi.y + 3.0 * inside) / (4.0 * pi) * out_flow +
                              in_flow / (pi * (1.0 - eta_a_rphi.z)));
-  vec3 linear = max(exposure * radiance, 0.0);
+  vec3 linear = lit ? max(exposure * radiance, 0.0) : vec3(0.05 + 0.25 * c);
   if (channel > 0) linear = vec3(linear[channel - 1]);
   float brightest = max(linear.r, max(linear.g, linear.b));
   const float shoulder = 0.6, room = 0.4;
@@ -176,21 +177,24 @@ void Canvas::resize(int width, int height) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, fine_depth_);
 }
 
-void Canvas::draw(const render::Camera& camera, double exposure, int channel, double near_mm,
-                  double far_mm, int width, int height) {
+void Canvas::draw(const render::Camera& camera, std::optional<double> exposure, int channel,
+                  double near_mm, double far_mm, int width, int height, const Viewport& at) {
   resize(width, height);
   glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
   glViewport(0, 0, width, height);
   glEnable(GL_DEPTH_TEST);
   glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glViewport(at.x, at.y, at.width, at.height);
   glUseProgram(program_);
   const Eigen::Matrix4f matrix =
-      clip_from_world(camera, near_mm, far_mm, static_cast<double>(width) / height);
+      clip_from_world(camera, near_mm, far_mm, static_cast<double>(at.width) / at.height);
   const Eigen::Vector3f eye = camera.position_mm.cast<float>();
   glUniformMatrix4fv(glGetUniformLocation(program_, "clip_from_world"), 1, GL_FALSE, matrix.data());
   glUniform3fv(glGetUniformLocation(program_, "eye"), 1, eye.data());
-  glUniform1f(glGetUniformLocation(program_, "exposure"), static_cast<float>(exposure));
+  glUniform1f(glGetUniformLocation(program_, "exposure"),
+              static_cast<float>(exposure.value_or(1.0)));
+  glUniform1i(glGetUniformLocation(program_, "lit"), exposure ? 1 : 0);
   glUniform1i(glGetUniformLocation(program_, "channel"), channel);
   glBindVertexArray(array_);
   glDrawArrays(GL_TRIANGLES, 0, corners_);

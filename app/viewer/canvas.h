@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/image.h"
@@ -10,6 +11,11 @@
 #include "render/scene/scene.h"
 
 namespace kappamu::app {
+
+/// Part of a picture, from its bottom left corner [px].
+struct Viewport {
+  int x = 0, y = 0, width = 0, height = 0;
+};
 
 class Canvas {
  public:
@@ -19,9 +25,10 @@ class Canvas {
   /// Of as many corners as before, elsewhere.
   void set_geometry(const std::vector<float>& geometry);
   void set_light(const std::vector<float>& light);
-  /// Leaves the picture bound, so that a panel can be drawn over it. `channel` as ViewState has it.
-  void draw(const render::Camera& camera, double exposure, int channel, double near_mm,
-            double far_mm, int width, int height);
+  /// Leaves the picture bound, so that a panel can be drawn over it. Without an exposure there is
+  /// no light yet, and the shape alone is shaded. `channel` as ViewState has it.
+  void draw(const render::Camera& camera, std::optional<double> exposure, int channel,
+            double near_mm, double far_mm, int width, int height, const Viewport& at);
   void show(int window_width, int window_height) const;
   Image<std::uint8_t> picture() const;
 

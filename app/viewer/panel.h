@@ -1,4 +1,4 @@
-// The panel beside the picture: groups under headings, and what the mouse does in the picture.
+// The panel beside the picture: groups under headings.
 #pragma once
 
 #include <imgui.h>
@@ -14,13 +14,15 @@ namespace kappamu::app {
 
 inline const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
 
+/// Of the docked panel and of the line of state [px at scale 1].
+constexpr float panel_width = 320.0F, status_height = 26.0F;
+
 class Shaping;
 
 /// What the panel states.
 struct PanelNumbers {
   const render::LiveAnswer* answer = nullptr;  ///< that the picture shows; none yet
   double frame_ms = 0.0;                       ///< drawing and panel
-  double waiting_ms = 0.0;                     ///< since something was asked that is not shown
   std::string note;                            ///< what became of the last request, if worth it
 };
 
@@ -56,9 +58,5 @@ Asked draw_panel(const PanelGroups& groups, const PanelNumbers& numbers, ViewSta
 enum class Closing { undecided, save, discard, go_on };
 /// Asks, over everything else.
 Closing draw_closing_question();
-
-/// Drag left: orbit, unless the brush is in hand; drag right: the light in hand; wheel: nearer or
-/// farther.
-void follow_mouse(ViewState& state);
 
 }  // namespace kappamu::app

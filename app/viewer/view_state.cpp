@@ -39,6 +39,49 @@ void ViewState::orbit(double right_deg, double up_deg) {
       camera.target_mm + distance * (std::sin(turned) * level + std::cos(turned) * up);
 }
 
+void ViewState::set_light(render::Light light) {
+  lights[lamp] = std::move(light);
+  lights_changed = true;
+}
+
+double ViewState::handle_radius() const {
+  constexpr double share = 0.85;  // of the picture's half height or width
+  return share * std::tan(0.5 * camera.fov_deg * std::numbers::pi / 180.0) *
+         std::min(1.0, area.aspect()) * (camera.position_mm - centre).norm();
+}
+
+void ViewState::pan(double right, double up) {
+  const Vector3d arm = camera.target_mm - camera.position_mm;
+  const Vector3d rightwards = arm.cross(camera.up).normalized();
+  const Vector3d upwards = rightwards.cross(arm).normalized();
+  const double height =
+      2.0 * arm.norm() * std::tan(0.5 * camera.fov_deg * std::numbers::pi / 180.0);
+  const Vector3d by = height * (right * rightwards + up * upwards);
+  camera.position_mm += by;
+  camera.target_mm += by;
+}
+
+void ViewState::frame() {
+  constexpr double margin = 1.05;
+  const double half = std::atan(std::tan(0.5 * camera.fov_deg * std::numbers::pi / 180.0) *
+                                std::min(1.0, area.aspect()));
+  const Vector3d back = (camera.position_mm - camera.target_mm).normalized();
+  camera.target_mm = centre;
+  camera.position_mm = centre + margin * radius_mm / std::sin(half) * back;
+}
+
+void ViewState::look_along(AxisView view, bool other_side) {
+  const Vector3d back = view == AxisView::front   ? Vector3d::UnitZ()
+                        : view == AxisView::right ? Vector3d::UnitX()
+                                                  : Vector3d::UnitY();
+  const double distance = (camera.position_mm - camera.target_mm).norm();
+  camera.up = view != AxisView::top ? Vector3d::UnitY()
+              : other_side          ? Vector3d::UnitZ()
+                                    : Vector3d(-Vector3d::UnitZ());
+  camera.target_mm = centre;
+  camera.position_mm = centre + (other_side ? -distance : distance) * back;
+}
+
 void ViewState::zoom(double factor) {
   camera.position_mm = camera.target_mm + factor * (camera.position_mm - camera.target_mm);
 }

@@ -42,6 +42,21 @@ struct Region {
   render::Selection selection() const;  ///< not of strokes
 };
 
+/// Where the picture lies in the window, beside the panel and above the line of state [screen
+/// coordinates from the top left corner].
+struct PictureArea {
+  float x = 0.0F, y = 0.0F, width = 1.0F, height = 1.0F;
+  double aspect() const { return static_cast<double>(width) / static_cast<double>(height); }
+  /// A point of the window in [0, 1]² of the picture, from its top left corner.
+  Eigen::Vector2d in_picture(double window_x, double window_y) const {
+    return {(window_x - static_cast<double>(x)) / static_cast<double>(width),
+            (window_y - static_cast<double>(y)) / static_cast<double>(height)};
+  }
+};
+
+/// Views along the world's axes: from +z, +x and +y.
+enum class AxisView { front, right, top };
+
 struct ViewState {
   std::string model;  ///< that shall answer
   std::vector<render::Light> lights;
@@ -58,9 +73,26 @@ struct ViewState {
   Photograph photograph;
   int channel = 0;  ///< shown: 0 all, else one, grey
 
+  PictureArea area;
+  float scale = 1.0F;      ///< of text and marks, the screen's
+  double radius_mm = 1.0;  ///< of all objects, about `centre`
+  bool docked = false;     ///< the panel lies beside the picture, else over it
+  bool keys_shown = false, marks_shown = true;
+  bool playing = false;         ///< the light in hand turns round
+  bool lights_changed = false;  ///< since the last question
+
   bool has_handle() const { return lamp < lights.size() && render::has_angles(lights[lamp]); }
+  void set_light(render::Light light);
   void turn_light(const render::LightAngles& angles) {
-    lights[lamp] = render::turned_to(lights[lamp], centre, angles);
+    set_light(render::turned_to(lights[lamp], centre, angles));
+  }
+  void drag_light(const Eigen::Vector3d& direction) {
+    set_light(render::turned_towards(lights[lamp], centre, direction));
+  }
+  /// Handles lie on a sphere about `centre` that fits the picture [mm].
+  double handle_radius() const;
+  Eigen::Vector3d handle_of(std::size_t light) const {
+    return centre + handle_radius() * render::towards(lights[light], centre);
   }
   /// Rays through a picture of this width over its height.
   render::LookAt look(double aspect) const {
@@ -70,6 +102,12 @@ struct ViewState {
   void orbit(double right_deg, double up_deg);
   /// The camera's distance to its target, times `factor`.
   void zoom(double factor);
+  /// Camera and target to the right and upwards, by shares of the picture's height.
+  void pan(double right, double up);
+  /// All objects fill the picture, seen from where they are seen now.
+  void frame();
+  /// `other_side`: from −z, −x or −y.
+  void look_along(AxisView view, bool other_side);
 };
 
 }  // namespace kappamu::app

@@ -6,18 +6,22 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
+#include <numbers>
 #include <utility>
 
 #include "app/viewer/answers.h"
 #include "app/viewer/canvas.h"
 #include "app/viewer/editing.h"
+#include "app/viewer/hand/mouse.h"
+#include "app/viewer/hand/strokes.h"
 #include "app/viewer/interrupt.h"
+#include "app/viewer/overlay.h"
 #include "app/viewer/panel.h"
 #include "app/viewer/panel/photographs.h"
 #include "app/viewer/panel/slice_window.h"
-#include "app/viewer/script_player.h"
+#include "app/viewer/script/script_player.h"
 #include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"
@@ -31,18 +35,21 @@ namespace kappamu::app {
 namespace {
 
 double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  return upper_median(std::move(values));
+  return values.empty() ? 0.0 : upper_median(std::move(values));
 }
 
-/// How long the window waits for a person before it looks for an answer [s].
-constexpr double longest_wait_s = 0.005;
-constexpr double label_period_ms = 100.0;
+/// How long the window waits for a person or an answer before it looks whether Ctrl-C was pressed,
+/// and while work goes on, whose progress it shows [s].
+constexpr double longest_wait_s = 0.5, label_period_s = 0.1, playing_wait_s = 0.01,
+                 longest_script_wait_s = 0.001;
+/// Of a light that turns round by itself [degrees a second].
+constexpr double turning_speed = 30.0;
+/// A picture narrower than this has the panel over it, and no line of state [px].
+constexpr int least_docked_px = 720;
 
 ViewState first_state(const render::Scene& scene, const render::LiveScene& live) {
   const render::World& world = live.world();
   ViewState state;
-  state.model = live.model();
   state.lights = scene.lights;
   state.camera = scene.camera;
   Eigen::AlignedBox3d box;
@@ -52,6 +59,7 @@ ViewState first_state(const render::Scene& scene, const render::LiveScene& live)
     }
   }
   state.centre = box.center();
+  state.radius_mm = 0.5 * box.diagonal().norm();
   const auto first = std::find_if(state.lights.begin(), state.lights.end(), render::has_angles);
   if (first != state.lights.end()) {
     state.lamp = static_cast<std::size_t>(first - state.lights.begin());
@@ -74,10 +82,15 @@ class Viewer {
                 options.script ? WindowKind::hidden : WindowKind::shown),
         corners_(live.world()),
         canvas_(corners_.geometry()),
-        answers_(live) {
+        answers_(live, [] { glfwPostEmptyEvent(); }) {
     if (options.run) photographs_.emplace(*options.run);
     if (editing_.painter().is_open()) state_.edits = options.edits->string();
     if (exposure_given_) state_.exposure = *scene.film.exposure;
+    state_.scale = window_.scale();
+    // What the film's width shows is shown, though the panel takes of it.
+    lay_out(options_.width, options_.height);
+    const double film_aspect = static_cast<double>(scene.film.width) / scene.film.height;
+    state_.zoom(std::max(1.0, film_aspect / state_.area.aspect()));
     groups_.push_back(light_group());
     groups_.push_back(view_group(photograph_count() > 0));
     groups_.push_back(shape_group(shaping_));
@@ -89,6 +102,7 @@ class Viewer {
 
   ViewerTimes run() {
     const InterruptWatch interrupt;
+    draw_frame();
     while (!done_) {
       if (interrupt.happened()) {
         times_.interrupted = true;
@@ -105,16 +119,19 @@ class Viewer {
       }
       // Drawing takes from diffusion what it needs of the processor: only where the picture
       // changes.
-      const bool changed = window_.wait_for_events(longest_wait_s);
-      const bool answered = take_answer();
-      if (answered) window_.draw_again();
-      if (answered || changed || label_changes()) draw_frame();
+      const bool changed = window_.wait_for_events(state_.playing ? playing_wait_s
+                                                   : working()    ? label_period_s
+                                                                  : longest_wait_s);
+      if (state_.playing && !answers_.waiting()) turn_on();
+      const bool worked = std::exchange(worked_, working());
+      if (take_answer() || worked != worked_) window_.draw_again();
+      if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
     }
     times_.light_ms = median(light_ms_);
     times_.model_ms = median(model_ms_);
     times_.frame_ms = median(frame_ms_);
     for (const auto& [mode, milliseconds] : shape_ms_) times_.shape_ms[mode] = median(milliseconds);
-    if (answer_) times_.error_estimate = answer_->error_estimate;
+    if (answer_) times_.last = *std::exchange(answer_, std::nullopt);
     times_.saved = editing_.saved();
     times_.warnings = editing_.warnings();
     return times_;
@@ -123,25 +140,31 @@ class Viewer {
  private:
   int photograph_count() const { return photographs_ ? photographs_->count() : 0; }
 
-  void ask() {
-    if (!asked_since_) asked_since_.emplace();
-    answers_.ask({state_.lights, editing_.painter().media(), state_.model, shaping_.question()});
+  void ask(const std::string& model = "") {
+    if (!model.empty()) chosen_ = model;
+    answers_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
+  bool working() const { return answers_.waiting() || answers_.refining(); }
+
+  /// Whether there is another picture to draw.
   bool take_answer() {
+    if (times_.first_light_s > 0.0 && times_.settled_s == 0.0 && !working()) {
+      times_.settled_s = options_.started.seconds();
+    }
     std::optional<render::LiveAnswer> answer = answers_.take();
     if (!answer) return false;
     answer_ = std::move(answer);
-    if (!answer_->refused.empty()) {
-      if (options_.script)
-        throw InputError(options_.script->string() + ": model: " + answer_->refused);
-      state_.model = answer_->model;
+    if (options_.script && !answer_->refused.empty()) {
+      throw InputError(options_.script->string() + ": model: " + answer_->refused);
     }
+    if (!answer_->refused.empty()) chosen_.clear();
+    state_.model = answer_->model;
+    if (times_.first_light_s == 0.0) times_.first_light_s = options_.started.seconds();
     if (!answer_->moved.empty()) {
       live_.show(*answer_);
       canvas_.set_geometry(corners_.geometry());
     }
-    if (answer_->model_changed) state_.model = answer_->model;
     shaping_.take(*answer_);
     if (options_.script && !answer_->shape_refused.empty()) {
       throw InputError(options_.script->string() + ": " + answer_->shape_refused);
@@ -155,33 +178,56 @@ class Viewer {
     light_ms_.push_back(answer_->light_ms);
     model_ms_.push_back(answer_->model_ms);
     if (answer_->mode != "static") shape_ms_[answer_->mode].push_back(answer_->total_ms());
-    asked_since_.reset();
-    if (answers_.waiting()) asked_since_.emplace();
     return true;
   }
 
-  /// The panel counts the seconds of a long answer.
-  bool label_changes() const {
-    return asked_since_ && since_drawn_.milliseconds() > label_period_ms;
+  void lay_out(int width, int height) {
+    state_.docked = !options_.script || width >= least_docked_px;
+    const float left = state_.docked && state_.panel ? panel_width * state_.scale : 0.0F;
+    const float below = state_.docked ? status_height * state_.scale : 0.0F;
+    state_.area = {left, 0.0F, std::max(1.0F, static_cast<float>(width) - left),
+                   std::max(1.0F, static_cast<float>(height) - below)};
+  }
+
+  /// The light in hand goes on turning round.
+  void turn_on() {
+    constexpr double longest_step_s = 0.2;
+    const double turn = turning_speed * std::min(longest_step_s, played_.seconds());
+    played_ = {};
+    const Eigen::Vector3d towards = render::towards(state_.lights[state_.lamp], state_.centre);
+    state_.drag_light(Eigen::AngleAxisd(turn * std::numbers::pi / 180.0, Eigen::Vector3d::UnitY()) *
+                      towards);
+    window_.draw_again();
   }
 
   void draw_frame() {
     const Stopwatch watch;
     set_title();
     since_drawn_ = watch;
-    int width = options_.width, height = options_.height;
-    if (!options_.script) glfwGetFramebufferSize(window_.handle(), &width, &height);
-    if (width < 1 || height < 1) return;
+    int width = options_.width, height = options_.height, across = width, high = height;
+    if (!options_.script) {
+      glfwGetFramebufferSize(window_.handle(), &width, &height);
+      glfwGetWindowSize(window_.handle(), &across, &high);
+    }
+    if (width < 1 || height < 1 || across < 1 || high < 1) return;
+    lay_out(across, high);
+    const float density = static_cast<float>(width) / static_cast<float>(across);
+    const PictureArea& area = state_.area;
+    const Viewport at{static_cast<int>(density * area.x),
+                      height - static_cast<int>(density * (area.y + area.height)),
+                      static_cast<int>(density * area.width),
+                      static_cast<int>(density * area.height)};
     const double distance = (state_.camera.position_mm - state_.centre).norm();
     const double radius = live_.world().diameter();
-    canvas_.draw(state_.camera, state_.exposure, state_.channel,
-                 std::max(0.01 * distance, distance - radius), distance + radius, width, height);
+    canvas_.draw(state_.camera, answer_ ? std::optional(state_.exposure) : std::nullopt,
+                 state_.channel, std::max(0.01 * distance, distance - radius), distance + radius,
+                 width, height, at);
     draw_over();
     if (!options_.script) {
       canvas_.show(width, height);
       glfwSwapBuffers(window_.handle());
     }
-    ++times_.frames;
+    if (times_.frames++ == 0) times_.first_picture_s = options_.started.seconds();
     last_frame_ms_ = watch.milliseconds();
     frame_ms_.push_back(last_frame_ms_);
   }
@@ -190,83 +236,65 @@ class Viewer {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
-    ViewState before = state_;
-    Painter& painter = editing_.painter();
-    if (state_.panel) {
-      const PanelNumbers numbers{answer_ ? &*answer_ : nullptr, last_frame_ms_,
-                                 asked_since_ ? asked_since_->milliseconds() : 0.0,
-                                 editing_.note()};
-      editing_.obey_panel(draw_panel(groups_, numbers, state_), state_);
-    }
-    if (state_.panel && state_.slice.shown) {
-      const std::size_t edited = painter.in_hand();
-      slices_.draw(painter.edited(edited).history().volume(), painter.axes(edited), first_camera_,
-                   state_.slice);
-    }
-    if (state_.panel && state_.photograph.shown) photographs_->draw(state_.photograph);
+    const std::string model = state_.model;
+    draw_panels();
     if (!options_.script) {
-      follow_mouse(state_);
-      follow_brush();
+      if (state_.keys_shown) draw_keys(state_);
+      mouse_.follow(state_);
+      strokes_.follow(window_.take_pointer_events(), mouse_, state_);
       follow_keys();
+      for (const std::string& file : window_.take_dropped()) open(file);
       if (closing_) close(draw_closing_question());
     }
-    if (before.model != state_.model || shaping_.take_change()) ask();
-    if (state_.has_handle() && before.has_handle() && before.lamp == state_.lamp) {
-      const auto was = render::angles_of(before.lights[state_.lamp], state_.centre);
-      const auto is = render::angles_of(state_.lights[state_.lamp], state_.centre);
-      if (was.azimuth_deg != is.azimuth_deg || was.elevation_deg != is.elevation_deg) ask();
-    }
+    if (model != state_.model) ask(state_.model);
+    if (std::exchange(state_.lights_changed, false) || shaping_.take_change()) ask();
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   }
 
-  /// The brush follows the pressed left button over the picture, through every position that the
-  /// pointer had.
-  void follow_brush() {
-    std::vector<Eigen::Vector2d> points;
-    for (const PointerEvent& event : window_.take_pointer_events()) {
-      const ImVec2 screen = ImGui::GetIO().DisplaySize;
-      const Eigen::Vector2d at(event.x / static_cast<double>(screen.x),
-                               event.y / static_cast<double>(screen.y));
-      if (event.pressed && state_.tool == Tool::shape && !ImGui::GetIO().WantCaptureMouse) {
-        shaping_.press(look(), at);
-      }
-      if (shaping_.pressed()) {
-        shaping_.drag(look(), at);
-        if (!event.left) shaping_.release();
-        continue;
-      }
-      if (event.pressed) {
-        stroking_ = state_.tool == Tool::brush && state_.region.kind == Region::Kind::stroke &&
-                    !ImGui::GetIO().WantCaptureMouse;
-      }
-      if (stroking_) points.push_back(at);
-      if (event.left || !stroking_) continue;
-      paint(std::exchange(points, {}));
-      editing_.end_stroke();
-      stroking_ = false;
+  void draw_panels() {
+    if (state_.docked && state_.marks_shown) draw_marks(state_);
+    if (state_.docked) {
+      draw_status(state_, answer_ ? &*answer_ : nullptr, live_.tolerance(), answers_.work_now());
     }
-    if (!points.empty()) paint(points);
-  }
-
-  render::LookAt look() const {
-    const ImVec2 size = ImGui::GetIO().DisplaySize;
-    return state_.look(static_cast<double>(size.x) / static_cast<double>(size.y));
-  }
-
-  void paint(const std::vector<Eigen::Vector2d>& points) {
-    editing_.stroke_through(look(), points, state_.brush);
+    if (!state_.panel) return;
+    const PanelNumbers numbers{answer_ ? &*answer_ : nullptr, last_frame_ms_,
+                               note_.empty() ? editing_.note() : note_};
+    editing_.obey_panel(draw_panel(groups_, numbers, state_), state_);
+    if (state_.slice.shown) {
+      Painter& painter = editing_.painter();
+      const std::size_t edited = painter.in_hand();
+      slices_.draw(painter.edited(edited).history().volume(), painter.axes(edited), first_camera_,
+                   state_.slice);
+    }
+    if (state_.photograph.shown) photographs_->draw(state_.photograph);
   }
 
   void follow_keys() {
     for (const KeyEvent& event : window_.take_key_events()) {
-      if (!event.control || ImGui::GetIO().WantTextInput || closing_) continue;
-      if (event.key == GLFW_KEY_Z) {
-        editing_.obey(event.shift ? Asked::redo : Asked::undo, state_.edits);
+      if (ImGui::GetIO().WantTextInput || closing_) continue;
+      if (event.control) {
+        if (event.key == GLFW_KEY_Z) {
+          editing_.obey(event.shift ? Asked::redo : Asked::undo, state_.edits);
+        }
+        if (event.key == GLFW_KEY_Y) editing_.obey(Asked::redo, state_.edits);
+        if (event.key == GLFW_KEY_S) editing_.obey(Asked::save, state_.edits);
       }
-      if (event.key == GLFW_KEY_Y) editing_.obey(Asked::redo, state_.edits);
-      if (event.key == GLFW_KEY_S) editing_.obey(Asked::save, state_.edits);
+      follow_view_key(event, first_camera_, state_);
     }
+  }
+
+  /// Instead of what is looked at, where it can be read.
+  void open(const std::string& file) {
+    note_.clear();
+    try {
+      options_.check(file);
+    } catch (const InputError& error) {
+      note_ = error.what();
+      return;
+    }
+    times_.opened = file;
+    glfwSetWindowShouldClose(window_.handle(), GLFW_TRUE);
   }
 
   void close(Closing closing) {
@@ -274,21 +302,22 @@ class Viewer {
     closing_ = false;
     glfwSetWindowShouldClose(window_.handle(), GLFW_FALSE);
     done_ = editing_.close(closing, state_.edits);
+    if (!done_) times_.opened.reset();
   }
 
   void set_title() {
-    std::string title =
+    const std::string title =
         options_.title + (editing_.painter().unsaved() ? " * not saved" : "") + " - kappamu";
-    if (title == title_) return;
-    title_ = std::move(title);
-    glfwSetWindowTitle(window_.handle(), title_.c_str());
+    if (title != title_) glfwSetWindowTitle(window_.handle(), title.c_str());
+    title_ = title;
   }
 
-  /// One command of the script, once the picture is of the light as it stands.
+  /// One command of the script, once the picture is of the light as it stands; for a screenshot,
+  /// once it is as exact as asked.
   void play() {
-    if (answers_.waiting()) {
+    if (answers_.waiting() || (player_.takes_picture() && answers_.refining())) {
       if (take_answer()) draw_frame();
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      window_.wait_for_events(longest_script_wait_s);
       return;
     }
     done_ = player_.finished();
@@ -298,6 +327,7 @@ class Viewer {
                 shaping_,
                 photograph_count(),
                 [this] { ask(); },
+                [this](const std::string& model) { ask(model); },
                 [this](const std::filesystem::path& file) { write_screenshot(file); }};
     player_.play(stage);
     if (shaping_.take_change()) ask();
@@ -319,14 +349,13 @@ class Viewer {
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
-  bool stroking_ = false;  ///< the pressed button leads the brush
-  bool closing_ = false;   ///< it is asked what becomes of unsaved edits
+  bool worked_ = false;   ///< at the last look
+  bool closing_ = false;  ///< it is asked what becomes of unsaved edits
   Window window_;
   PanelGroups groups_;
   render::LitCorners corners_;
   Canvas canvas_;
   std::optional<render::LiveAnswer> answer_;  ///< that the picture shows
-  std::optional<Stopwatch> asked_since_;
   Stopwatch since_drawn_;
   double last_frame_ms_ = 0.0;
   std::vector<double> light_ms_, model_ms_, frame_ms_;
@@ -334,7 +363,10 @@ class Viewer {
   ViewerTimes times_;
   SliceWindow slices_;
   std::optional<PhotographWindow> photographs_;
-  std::string title_;
+  std::string title_, chosen_, note_;
+  Mouse mouse_;
+  Strokes strokes_{editing_, shaping_};
+  Stopwatch played_;  ///< since the light in hand turned
   Answers answers_;
 };
 

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/processor_time.h"
 #include "render/live/live_scene.h"
 
 namespace kappamu::app {
@@ -18,16 +20,22 @@ struct ViewerOptions {
   std::optional<std::filesystem::path> edits;   ///< folder that edited volumes are saved to
   std::optional<std::filesystem::path> run;     ///< whose photographs can be shown
   int width = 960, height = 720;                ///< of the picture [px]
+  /// Throws InputError where a file that was dropped on the window cannot be looked at.
+  std::function<void(const std::string&)> check = [](const std::string&) {};
+  Stopwatch started;  ///< since the command began
 };
 
 /// What a viewing cost and left: medians over answers and frames.
 struct ViewerTimes {
   int answers = 0, frames = 0;
   double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
-  std::map<std::string, double> shape_ms;  ///< answers to shapes that moved, by [M]'s mode
-  double error_estimate = 0.0;             ///< of the last answer
+  std::map<std::string, double> shape_ms{};  ///< answers to shapes that moved, by [M]'s mode
+  double first_picture_s = 0.0, first_light_s = 0.0;  ///< since the command began
+  double settled_s = 0.0;  ///< when the first answer was as exact as asked
+  render::LiveAnswer last;
   std::vector<std::string> screenshots, saved, warnings;
-  bool interrupted = false;  ///< by Ctrl-C
+  bool interrupted = false;           ///< by Ctrl-C
+  std::optional<std::string> opened;  ///< file that was dropped on the window, to be looked at next
 };
 
 /// Until the window is closed or the script ends. Throws InputError where no window can be opened,

@@ -6,11 +6,18 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <cmath>
 #include <utility>
 
 #include "core/error.h"
 
 namespace kappamu::app {
+
+namespace {
+
+constexpr float usual_text_px = 13.0F;
+
+}  // namespace
 
 namespace {}  // namespace
 
@@ -47,6 +54,10 @@ void Window::count_events(GLFWwindow* window, Events& events) {
     if (action == GLFW_RELEASE) return;
     of(in).keys.push_back({key, (mods & GLFW_MOD_CONTROL) != 0, (mods & GLFW_MOD_SHIFT) != 0});
   });
+  glfwSetDropCallback(window, [](GLFWwindow* in, int count, const char** paths) {
+    happened(in);
+    of(in).dropped.insert(of(in).dropped.end(), paths, paths + count);
+  });
   glfwSetCharCallback(window, [](GLFWwindow* in, unsigned) { happened(in); });
   glfwSetWindowFocusCallback(window, [](GLFWwindow* in, int) { happened(in); });
   glfwSetWindowRefreshCallback(window, [](GLFWwindow* in) { happened(in); });
@@ -60,6 +71,10 @@ std::vector<PointerEvent> Window::take_pointer_events() {
 
 std::vector<KeyEvent> Window::take_key_events() {
   return std::exchange(events_.keys, {});
+}
+
+std::vector<std::string> Window::take_dropped() {
+  return std::exchange(events_.dropped, {});
 }
 
 Window::Window(int width, int height, WindowKind kind) {
@@ -82,6 +97,11 @@ Window::Window(int width, int height, WindowKind kind) {
   count_events(window_, events_);
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;
+  if (kind == WindowKind::shown) glfwGetWindowContentScale(window_, &scale_, nullptr);
+  ImFontConfig font;
+  font.SizePixels = std::round(usual_text_px * scale_);
+  ImGui::GetIO().Fonts->AddFontDefault(&font);
+  ImGui::GetStyle().ScaleAllSizes(scale_);
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 330 core");
 }

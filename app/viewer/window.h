@@ -1,6 +1,7 @@
 // A GLFW window with OpenGL 3.3 and Dear ImGui, closed with its owner.
 #pragma once
 
+#include <string>
 #include <vector>
 
 struct GLFWwindow;
@@ -41,6 +42,10 @@ class Window {
   /// Everything since the last call, in order: several positions may lie between two frames.
   std::vector<PointerEvent> take_pointer_events();
   std::vector<KeyEvent> take_key_events();
+  /// Files that were dropped on the window since the last call.
+  std::vector<std::string> take_dropped();
+  /// Of text and marks: 2 on a screen of twice the usual density.
+  float scale() const { return scale_; }
 
  private:
   /// The panel answers to what happened in one frame and takes its new size in the next.
@@ -50,11 +55,13 @@ class Window {
     std::vector<PointerEvent> pointer;
     PointerEvent last;
     std::vector<KeyEvent> keys;
+    std::vector<std::string> dropped;
   };
   static void count_events(GLFWwindow* window, Events& events);
 
   GLFWwindow* window_ = nullptr;
   Events events_;
+  float scale_ = 1.0F;
 };
 
 }  // namespace kappamu::app

@@ -104,7 +104,8 @@ ObjectResult BlockModel::solve(const ObjectProblem& problem, const ObjectOptions
   return result;
 }
 
-std::unique_ptr<LiveModel> BlockModel::keep(const LiveBody& object, const ObjectOptions& options) {
+std::unique_ptr<LiveModel> BlockModel::keep(const LiveBody& object, const ObjectOptions& options,
+                                            Progress& /*progress*/) {
   return std::make_unique<LiveBlock>(object, options.device);
 }
 

@@ -16,7 +16,8 @@ class BlockModel : public ObjectModel {
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override;
   /// The grid, its equations and the last fluence.
-  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options) override;
+  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options,
+                                  Progress& progress) override;
 };
 
 ModelDescription block_model();

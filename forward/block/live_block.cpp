@@ -25,10 +25,13 @@ LiveBlock::LiveBlock(const LiveBody& object, const std::string& device)
   }
 }
 
-LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
+LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light, int /*level*/,
+                                   Progress& progress) {
   const ChannelProblems problems(object_, light);
   Answer answer;
+  answer.elements = grid_.shape.cells();
   for (std::size_t c = 0; c < 3; ++c) {
+    progress.update("grid", static_cast<double>(c) / 3.0, "");
     if (media_[c] != object_.media[c]) {
       channels_[c]->set_medium(*object_.media[c]);
       media_[c] = object_.media[c];
@@ -42,8 +45,9 @@ LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
   return answer;
 }
 
-double LiveBlock::measured_error(const LightOfChannels& light,
-                                 const ExitanceOfChannels& exitance) const {
+std::optional<double> LiveBlock::measured_error(const LightOfChannels& light, int /*level*/,
+                                                const ExitanceOfChannels& exitance,
+                                                const ExitanceOfChannels& /*coarse*/) const {
   constexpr std::size_t channel = 1;
   const ChannelProblems problems(object_, light);
   const block::BlockGrid finer = grid_.refined(2);

@@ -13,10 +13,11 @@ class LiveBlock final : public LiveModel {
   LiveBlock(const LiveBody& object, const std::string& device);
 
   double beam_spacing_mm() const override { return 0.5 * grid_.shape.voxel_mm; }
-  Answer solve(const LightOfChannels& light) override;
+  Answer solve(const LightOfChannels& light, int level, Progress& progress) override;
   /// Of the G channel, by an answer on voxels half as large.
-  double measured_error(const LightOfChannels& light,
-                        const ExitanceOfChannels& exitance) const override;
+  std::optional<double> measured_error(const LightOfChannels& light, int level,
+                                       const ExitanceOfChannels& fine,
+                                       const ExitanceOfChannels& coarse) const override;
 
  private:
   LiveBody object_;

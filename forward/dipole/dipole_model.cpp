@@ -49,7 +49,8 @@ class DipoleModel : public ObjectModel {
   DipoleModel(std::string profile, Summation summation)
       : profile_(std::move(profile)), summation_(summation) {}
 
-  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options) override {
+  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options,
+                                  Progress& /*progress*/) override {
     if (summation_ != Summation::hierarchy || profile_ != "dipole") return nullptr;
     return make_relight(object, options);
   }

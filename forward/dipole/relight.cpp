@@ -41,7 +41,8 @@ class Relight final : public LiveModel {
             device::Context::of(device::choose(device::list_devices(), options.device).index),
             object.mesh, profiles_) {}
 
-  Answer solve(const LightOfChannels& light) override {
+  Answer solve(const LightOfChannels& light, int /*level*/, Progress& progress) override {
+    progress.update("dipole", 0.0, "");
     if (solved_ != media_) {
       profiles_ = profiles_of(media_, eta_);
       hierarchy_.update(profiles_);
@@ -57,6 +58,7 @@ class Relight final : public LiveModel {
     }
     const std::vector<Eigen::Array4f> out = hierarchy_.exitance(in);
     Answer answer;
+    answer.elements = samples;
     for (std::size_t c = 0; c < 3; ++c) {
       answer.exitance[c].reserve(samples);
       for (const Eigen::Array4f& value : out) {
@@ -73,10 +75,10 @@ class Relight final : public LiveModel {
     return true;
   }
   bool caught_up() const override { return hierarchy_.changes().pending() == 0; }
-  std::size_t elements() const override { return hierarchy_.links(); }
 
-  double measured_error(const LightOfChannels& light,
-                        const ExitanceOfChannels& exitance) const override {
+  std::optional<double> measured_error(const LightOfChannels& light, int /*level*/,
+                                       const ExitanceOfChannels& exitance,
+                                       const ExitanceOfChannels& /*coarse*/) const override {
     double worst = 0.0;
     for (std::size_t c = 0; c < 3; ++c) {
       const std::vector<double> exact =

@@ -14,12 +14,8 @@
 
 namespace kappamu::forward {
 
-namespace {
-
-/// Handles and parts thinner than the cells of a first polygrid may need more of them.
-constexpr int more_cells = 3, most_first_cells = 60'000;
-
 Polygrid first_polygrid(const std::function<Polygrid(int)>& made) {
+  constexpr int more_cells = 3, most_first_cells = 60'000;
   for (int cells = PolygridModel::first_cells;; cells *= more_cells) {
     try {
       return made(cells);
@@ -28,8 +24,6 @@ Polygrid first_polygrid(const std::function<Polygrid(int)>& made) {
     }
   }
 }
-
-}  // namespace
 
 std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectProblem> problems,
                                                         const ObjectOptions& options,
@@ -64,9 +58,9 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
   return results;
 }
 
-std::unique_ptr<LiveModel> PolygridModel::keep(const LiveBody& object,
-                                               const ObjectOptions& options) {
-  return std::make_unique<LivePolygrid>(object, options.device);
+std::unique_ptr<LiveModel> PolygridModel::keep(const LiveBody& object, const ObjectOptions& options,
+                                               Progress& progress) {
+  return std::make_unique<LivePolygrid>(object, options, progress);
 }
 
 ModelDescription polygrid_model() {

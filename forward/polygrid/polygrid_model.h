@@ -2,6 +2,9 @@
 // the tolerance needs.
 #pragma once
 
+#include <functional>
+
+#include "forward/polygrid/polygrid.h"
 #include "forward/registry.h"
 
 namespace kappamu::forward {
@@ -16,8 +19,13 @@ class PolygridModel : public ChannelsModel {
                                            const ObjectOptions& options,
                                            Progress& progress) override;
   /// The polygrid, its equations and the last fluence.
-  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options) override;
+  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options,
+                                  Progress& progress) override;
 };
+
+/// The first that `made` gives, by numbers of cells from PolygridModel::first_cells on: handles and
+/// parts thinner than its cells may need more. Throws what the last threw.
+Polygrid first_polygrid(const std::function<Polygrid(int cells)>& made);
 
 ModelDescription polygrid_model();
 

@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 
 constexpr std::size_t triangles_per_update = 16'384, places_per_update = 131'072;
 constexpr std::size_t triangles_per_piece = 512;
-constexpr double environment_rays = 4e6;
+/// Pairs of directions from a triangle; a preview does with fewer.
+constexpr double least_pairs = 8.0, least_pairs_of_preview = 2.0, most_pairs = 512.0;
 /// Of places: their distance over the shortest mean free path, and over the object at least; that
 /// of places which small triangles share, over it.
 constexpr double of_free_path = 0.35, of_size = 1.0 / 256.0, shared = 1.0 / 3.0;
@@ -48,13 +49,14 @@ struct Received {
 class Surroundings {
  public:
   Surroundings(const World& world, std::size_t object, const Environment& environment,
-               std::uint64_t seed)
+               std::uint64_t seed, double rays)
       : world_(world),
         object_(world.objects()[object]),
         environment_(environment),
         key_(key_of({seed, object})) {
-    const double rays = environment_rays / static_cast<double>(object_.surface.size());
-    pairs_ = static_cast<std::uint32_t>(std::clamp(0.5 * rays, 8.0, 512.0));
+    const double pairs = 0.5 * rays / static_cast<double>(object_.surface.size());
+    const double least = rays < environment_rays ? least_pairs_of_preview : least_pairs;
+    pairs_ = static_cast<std::uint32_t>(std::clamp(pairs, least, most_pairs));
     const BoundaryConstants& boundary = object_.boundary;
     transmitted_of_even_ = boundary.eta * boundary.eta * (1.0 - boundary.r_phi);
   }
@@ -138,14 +140,14 @@ void in_steps(std::size_t size, std::size_t step, Progress& progress, const Work
 }  // namespace
 
 IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
-                             const Environment* environment, std::uint64_t seed,
-                             Progress& progress) {
+                             const Environment* environment, std::uint64_t seed, Progress& progress,
+                             double rays) {
   const WorldObject& lit = world.objects()[object];
   const std::size_t triangles = lit.surface.size();
   IncidentLight light;
   if (environment) {
     std::vector<Colour> arriving(triangles);
-    const Surroundings surroundings(world, object, *environment, seed);
+    const Surroundings surroundings(world, object, *environment, seed, rays);
     for (forward::ObjectLight& channel : light.channels) channel.diffuse.assign(triangles, 0.0);
     in_steps(triangles, triangles_per_update, progress, [&](std::size_t first, std::size_t last) {
       for_pieces(

@@ -19,6 +19,9 @@ struct IncidentLight {
   Colour power = Colour::Zero();                 ///< before Fresnel [mm²]
 };
 
+/// Directions towards the environment, of all triangles together. Fewer are noisier.
+constexpr double environment_rays = 4e6;
+
 /// Beams arrive at beam_places(): in the middles of triangles or of parts of them, 0.35 mean free
 /// paths of the most scattering channel apart, or 1/256 of the object where that is more; triangles
 /// smaller than a third of that share places. The environment's irradiance of a triangle is the
@@ -27,7 +30,7 @@ struct IncidentLight {
 /// It is stated as the even light of which as much enters: directions count by what Fresnel lets
 /// in, and what surfaces mirror of the environment towards others counts with it.
 IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
-                             const Environment* environment, std::uint64_t seed,
-                             Progress& progress);
+                             const Environment* environment, std::uint64_t seed, Progress& progress,
+                             double rays = environment_rays);
 
 }  // namespace kappamu::render

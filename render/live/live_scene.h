@@ -1,86 +1,42 @@
-// A scene whose lights move and whose volumes are edited: what does not depend on them is prepared
-// once, and every question is answered by the objects' exitance.
+// A scene whose lights and shapes move and whose materials are edited: what does not depend on them
+// is prepared once, and every question is answered by the objects' exitance, coarsely at first,
+// then finer up to the tolerance asked for.
 #pragma once
 
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/options/options.h"
 #include "core/progress.h"
-#include "render/light/environment.h"
-#include "render/picture/shading.h"
+#include "forward/choice/object_features.h"
+#include "forward/live_model.h"
+#include "render/live/live_answer.h"
+#include "render/live/live_models.h"
+#include "render/live/live_shapes.h"
 #include "render/scene/scene.h"
 #include "render/scene/world.h"
 
 namespace kappamu::render {
 
+class ObjectSolver;
+
 struct LiveOptions {
-  std::optional<std::string> model;  ///< in the registry; none: the first of live_models()
-  std::optional<double> tolerance;   ///< of models that refine; none: 0.1
+  std::optional<std::string> model;  ///< in the registry; none: by the error and the time of each
+  std::optional<double> tolerance;   ///< relative error of the exitance; none: the scene's
   std::string device = "auto";
   std::uint64_t seed = 1;
   OptionValues parameters{};  ///< the model's own
 };
 
-/// Those with the ability `live` that can answer for these objects: first those for boxes or
-/// homogeneous objects alone, which are faster, then the others, each in the registry's order.
-std::vector<std::string> live_models(const World& world);
-
-/// How [M] 5.5 answers: links kept from shape to shape, or all made anew.
-enum class FollowBy { update, renewal };
-
-/// Which shapes objects have.
-struct ShapeQuestion {
-  std::map<std::size_t, std::vector<Deformation>> of{};  ///< of each object that has others now
-  /// More shapes follow at once: light is taken at the middles of triangles, the sky's as it was,
-  /// and what `most_ms` do not suffice for is left to the next answer. Otherwise the answer is in
-  /// full, and a shape that crosses itself is refused.
-  bool moving = false;
-  double most_ms = 30.0;
-  FollowBy by = FollowBy::update;
-};
-
-/// What light comes from where, what the objects are made of, and what shape they have.
-struct LiveQuestion {
-  std::vector<Light> lights;  ///< the scene's, those with a place or direction moved as one likes
-  /// Of objects that are edited. Where a homogeneous one becomes a volume and the model answers for
-  /// homogeneous ones alone, the first of live_models() takes its place.
-  std::map<std::size_t, ObjectMedia> media;
-  std::string model{};  ///< that answers from now on; "": as before
-  ShapeQuestion shape{};
-};
-
-/// One answer; what it cost is wall time.
-struct LiveAnswer {
-  std::vector<ObjectExitance> exitance;  ///< one per object
-  double light_ms = 0.0, model_ms = 0.0;
-  double shape_ms = 0.0;  ///< moving vertices, and what the model needs to follow
-  /// Of objects whose vertices are others than in the answer before, as they are now.
-  std::map<std::size_t, std::vector<Eigen::Vector3d>> moved{};
-  bool model_changed = false;  ///< `model` answers from now on, as another had to give up the shape
-  std::string shape_refused{};  ///< why shapes are as they were; empty: they are those asked for
-  std::string mode = "static";  ///< or "incremental", or "on the fly" ([M] 5.5)
-  bool caught_up = true;        ///< not, where most_ms was too little
-  double total_ms() const { return shape_ms + light_ms + model_ms; }
-  /// What an earlier answer says that this one must say where nobody has seen the earlier one.
-  void take_over(LiveAnswer& earlier);
-  std::string model;    ///< that answered
-  std::string refused;  ///< why the model asked for did not; empty: it did
-  /// Worst relative error that the model estimates of its numerics. A model that keeps what it can
-  /// from light to light has it measured, for the first lights answered.
-  double error_estimate = 0.0;
-  int iterations = 0;     ///< of the linear solver; 0 where there is none
-  double residual = 0.0;  ///< that it left, relative; 0 where a model does not state it
-  bool converged = true;
-};
-
 class LiveScene {
  public:
-  /// Reads what the scene names and prepares its models. Throws InputError as World does, and
-  /// for a model that does not answer for these objects.
+  /// Reads what the scene names; models are prepared where they first answer. Throws InputError as
+  /// World does.
   LiveScene(const Scene& scene, const LiveOptions& options, std::vector<std::string>& warnings);
   ~LiveScene();
 
@@ -89,35 +45,75 @@ class LiveScene {
   /// Gives the world the shapes of an answer. Of the thread that reads world(), as answer() may be
   /// at work in another.
   void show(const LiveAnswer& answer);
-  const std::string& model() const { return model_; }  ///< not while answer() is at work
+  double tolerance() const { return tolerance_; }
 
-  /// The scene's environment stays as it is. A light inside an object lights nothing. Media stay
-  /// until others are asked for.
+  /// As exactly as keeps up with lights that move: by the model and level of the least error that
+  /// answer within a tenth of a second, or the fastest; while shapes move, by the first model that
+  /// keeps what it can. Media stay until others are asked for. Throws InputError for the first
+  /// model where it does not answer for these objects. A light inside an object lights nothing.
   LiveAnswer answer(const LiveQuestion& question, Progress& progress);
+  /// A better answer to the last question, or the same one with more known of its error; none: it
+  /// is within the tolerance, nothing comes nearer, or shapes move.
+  std::optional<LiveAnswer> refined(Progress& progress);
 
  private:
-  struct Solver;
+  /// A model at one of its levels.
+  using Step = std::pair<std::string, int>;
+  /// What is known of a step.
+  struct Record {
+    double milliseconds = 0.0;    ///< of an answer, the shortest
+    std::optional<double> error;  ///< of the numerics
+  };
+  using Solvers = std::vector<std::unique_ptr<ObjectSolver>>;
 
-  void start(const std::string& model, const OptionValues& parameters);
-  void set_media(std::size_t object, const ObjectMedia& media);
-  void set_shapes(const ShapeQuestion& shape, LiveAnswer& answer);
-  void follow(std::size_t object, std::vector<Eigen::Vector3d> vertices, const ShapeQuestion& shape,
-              LiveAnswer& answer);
-  void light_from_sky(std::size_t object);
   World& solved() { return solved_ ? *solved_ : world_; }
+  const World& solved() const { return solved_ ? *solved_ : world_; }
+
+  std::vector<std::string> candidates() const;
+  /// Of the shapes as they are. None where the model refuses the objects; `refused_` has the
+  /// reason.
+  const Solvers* solvers_of(const std::string& model, Progress& progress);
+  Solvers make_solvers(const std::string& model, Progress& progress) const;
+  static bool keep(const Solvers& solvers);
+  Step first_step(Progress& progress);
+  Step moving_step(Progress& progress);
+  std::optional<Step> next_step(Progress& progress);
+  std::optional<Step> better_model(Progress& progress);
+  Step answering_step(Progress& progress, std::string& refused);
+
+  void take_media(const LiveQuestion& question);
+  std::string take_model(const std::string& model, Progress& progress);
+  std::string take_shapes(const ShapeQuestion& shape);
+  void part_worlds(Progress& progress);
+  void light_environment(double rays, Progress& progress);
+  LiveAnswer solve(const Step& step, Progress& progress);
+  void state_errors(const Step& step, LiveAnswer& answer);
+  std::optional<double> model_error(const std::string& model) const;
 
   World world_;
   std::unique_ptr<World> solved_;  ///< that answers are of, once a shape has moved
-  std::optional<Environment> environment_;
-  /// Of each object: of the vertices as they are, and as last accepted.
-  std::vector<std::vector<Deformation>> shape_, accepted_;
-  std::vector<char> rough_;  ///< per object: its light is that of a shape that moves
-  std::string model_;
-  OptionValues parameters_;  ///< of that model
+  LiveShapes shapes_;
+  ShapeQuestion asked_shape_;
+  std::string mode_;  ///< of the answer at work
   LiveOptions options_;
+  double tolerance_ = 0.0;
+  std::optional<std::string> chosen_;  ///< model that a person wants
+  std::map<std::string, Solvers> solvers_;
+  std::map<std::string, std::string> refused_;  ///< models, and why
+  std::map<Step, Record> records_;
+  std::set<Step> impossible_;  ///< that these objects do not have
+
+  std::vector<Light> lights_;
+  std::optional<EnvironmentLight> environment_light_;
+  std::optional<Environment> environment_;
+  double environment_rays_ = 0.0;  ///< that `diffuse_` was found by
   /// Irradiance of the environment on each object's triangles, R, G, B; empty: none.
   std::vector<std::array<std::vector<double>, 3>> diffuse_;
-  std::vector<std::unique_ptr<Solver>> solvers_;
+
+  std::vector<forward::LightOfChannels> incident_;  ///< of the last answer
+  std::vector<std::vector<forward::ObjectFeatures>> features_;
+  std::optional<LiveAnswer> last_;
+  bool answered_ = false;  ///< the last question, by `last_`
 };
 
 }  // namespace kappamu::render

@@ -1,6 +1,7 @@
 #include <imgui.h>
 
 #include "app/viewer/panel.h"
+#include "core/process_memory.h"
 
 namespace kappamu::app {
 
@@ -22,14 +23,18 @@ class ModelGroup final : public PanelGroup {
       ImGui::EndCombo();
     }
     if (numbers.answer != nullptr) draw_answer(*numbers.answer, numbers.frame_ms);
-    if (numbers.waiting_ms > budget_ms) {
-      ImGui::TextColored(amber, "solving for %.1f s; shown is what was before",
-                         1e-3 * numbers.waiting_ms);
-    }
     return Asked::nothing;
   }
 
  private:
+  static void draw_error(const char* name, const std::optional<double>& error) {
+    if (error) {
+      ImGui::Text("%-10s %.2g %%", name, 100.0 * *error);
+    } else {
+      ImGui::Text("%-10s not known yet", name);
+    }
+  }
+
   static void draw_answer(const render::LiveAnswer& answer, double frame_ms) {
     if (!answer.refused.empty()) {
       ImGui::PushStyleColor(ImGuiCol_Text, amber);
@@ -37,16 +42,19 @@ class ModelGroup final : public PanelGroup {
       ImGui::PopStyleColor();
     }
     const double solve = answer.light_ms + answer.model_ms;
+    ImGui::Text("elements   %zu, level %d", answer.elements, answer.level);
+    draw_error("numerics", answer.error_estimate);
+    draw_error("transport", answer.model_error);
     ImGui::Text("light      %.0f ms", answer.light_ms);
     ImGui::Text("diffusion  %.0f ms", answer.model_ms);
     ImGui::Text("drawing    %.1f ms", frame_ms);
-    ImGui::Text("error      %.2g %% estimated", 100.0 * answer.error_estimate);
+    ImGui::Text("memory     %s", gigabytes(peak_memory()).c_str());
     if (answer.iterations > 0 || answer.residual > 0.0) {
       ImGui::Text("iterations %d, residual %.1g", answer.iterations, answer.residual);
     }
     if (!answer.converged) ImGui::TextColored(amber, "the tolerance is not reached");
     if (solve > budget_ms) {
-      ImGui::TextColored(amber, "an answer takes %.0f ms, a frame has %.0f:", solve, budget_ms);
+      ImGui::TextColored(amber, "%.1f answers a second:", 1000.0 / solve);
       ImGui::TextColored(amber, "the picture lags behind a moving light");
     }
   }

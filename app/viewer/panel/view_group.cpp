@@ -18,6 +18,14 @@ class ViewGroup final : public PanelGroup {
                            ImGuiSliderFlags_Logarithmic)) {
       state.exposure = static_cast<double>(exposure);
     }
+    if (ImGui::Button("frame")) state.frame();
+    for (const auto& [name, view] : {std::pair("front", AxisView::front),
+                                     {"right", AxisView::right},
+                                     {"top", AxisView::top}}) {
+      ImGui::SameLine();
+      if (ImGui::Button(name)) state.look_along(view, false);
+    }
+    ImGui::Checkbox("lights, axes, scale", &state.marks_shown);
     if (photographs_) ImGui::Checkbox("photographs", &state.photograph.shown);
     return Asked::nothing;
   }

@@ -1,4 +1,4 @@
-#include "app/viewer/script_player.h"
+#include "app/viewer/script/script_player.h"
 
 #include <algorithm>
 
@@ -15,6 +15,10 @@ ScriptPlayer::ScriptPlayer(const ViewerOptions& options) : options_(options) {
     const auto* shot = std::get_if<script::Screenshot>(&command);
     if (shot != nullptr) pipeline::require_absent(options.out / shot->name);
   }
+}
+
+bool ScriptPlayer::takes_picture() const {
+  return !finished() && std::holds_alternative<script::Screenshot>(commands_[next_]);
 }
 
 void ScriptPlayer::play(Stage& stage) {
@@ -37,8 +41,7 @@ void ScriptPlayer::obey(const script::TurnLight& turn, Stage& stage) const {
 }
 
 void ScriptPlayer::obey(const script::ChooseModel& choice, Stage& stage) const {
-  stage.state.model = choice.name;
-  stage.ask();
+  stage.choose_model(choice.name);
 }
 
 void ScriptPlayer::obey(const script::Orbit& orbit, Stage& stage) const {
@@ -62,13 +65,12 @@ void ScriptPlayer::obey(const Brush& brush, Stage& stage) const {
 }
 
 void ScriptPlayer::obey(const script::Paint& stroke, Stage& stage) const {
+  const PictureArea& area = stage.state.area;
   std::vector<Eigen::Vector2d> points;
   for (std::size_t i = 0; i + 1 < stroke.points.size(); i += 2) {
-    points.emplace_back(stroke.points[i] / options_.width, stroke.points[i + 1] / options_.height);
+    points.push_back(area.in_picture(stroke.points[i], stroke.points[i + 1]));
   }
-  stage.editing.stroke_through(
-      stage.state.look(static_cast<double>(options_.width) / options_.height), points,
-      stage.state.brush);
+  stage.editing.stroke_through(stage.state.look(area.aspect()), points, stage.state.brush);
   if (stage.editing.end_stroke() == Painter::Stroked::none) {
     throw InputError(name_ + ": paint: no object lies under the stroke");
   }
@@ -122,14 +124,14 @@ void ScriptPlayer::obey(const script::Deform& deform, Stage& stage) const {
 }
 
 void ScriptPlayer::obey(const script::Drag& drag, Stage& stage) const {
-  const Eigen::Vector2d size(options_.width, options_.height);
-  const render::LookAt look = stage.state.look(size.x() / size.y());
+  const PictureArea& area = stage.state.area;
+  const render::LookAt look = stage.state.look(area.aspect());
   stage.shaping.brush.kind = drag.kind;
   stage.shaping.brush.radius_mm = drag.radius_mm;
-  if (!stage.shaping.press(look, drag.from.cwiseQuotient(size))) {
+  if (!stage.shaping.press(look, area.in_picture(drag.from.x(), drag.from.y()))) {
     throw InputError(name_ + ": drag: no object lies there");
   }
-  stage.shaping.drag(look, drag.to.cwiseQuotient(size));
+  stage.shaping.drag(look, area.in_picture(drag.to.x(), drag.to.y()));
   stage.shaping.release();
 }
 

@@ -1,4 +1,4 @@
-#include "app/viewer/script.h"
+#include "app/viewer/script/script.h"
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/viewer/editing.h"
-#include "app/viewer/script.h"
+#include "app/viewer/script/script.h"
 #include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/viewer.h"
@@ -18,8 +18,9 @@ struct Stage {
   ViewState& state;
   Editing& editing;
   Shaping& shaping;
-  int photographs = 0;                                           ///< that can be shown
-  std::function<void()> ask;                                     ///< lights or model changed
+  int photographs = 0;        ///< that can be shown
+  std::function<void()> ask;  ///< lights changed
+  std::function<void(const std::string&)> choose_model;
   std::function<void(const std::filesystem::path&)> screenshot;  ///< writes the picture
 };
 
@@ -30,6 +31,8 @@ class ScriptPlayer {
   explicit ScriptPlayer(const ViewerOptions& options);
 
   bool finished() const { return next_ == commands_.size(); }
+  /// Whether the next command writes the picture.
+  bool takes_picture() const;
   /// The next command; throws InputError naming the script.
   void play(Stage& stage);
 

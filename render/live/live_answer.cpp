@@ -1,0 +1,18 @@
+#include "render/live/live_answer.h"
+
+#include <cmath>
+
+namespace kappamu::render {
+
+std::optional<double> LiveAnswer::error() const {
+  if (!error_estimate || !model_error) return error_estimate ? error_estimate : model_error;
+  return std::hypot(*error_estimate, *model_error);
+}
+
+void LiveAnswer::take_over(LiveAnswer& earlier) {
+  moved.merge(earlier.moved);
+  if (shape_refused.empty()) shape_refused = earlier.shape_refused;
+  if (refused.empty()) refused = earlier.refused;
+}
+
+}  // namespace kappamu::render
