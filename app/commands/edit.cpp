@@ -100,9 +100,9 @@ void run_edit(const EditOptions& options, const Globals& globals) {
 }  // namespace
 
 void add_edit(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "edit",
-      R"(Change a volume's κ and μ, or a scene object's material, by a recipe.
+  auto* command =
+      app.add_subcommand("edit",
+                         R"(Change a volume's κ and μ, or a scene object's material, by a recipe.
 
 SOURCE is a scene (.json), a .vdb file, a run folder, or a folder with volume.json. The recipe,
 a JSON file of format kappamu-edit (docs/formats.md, "Edits"), lists edits in order. Each

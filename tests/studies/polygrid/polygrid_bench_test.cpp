@@ -26,8 +26,8 @@ TEST_F(PolygridBench, GivesNumbersOrOneSentenceForEveryShape) {
     }
     EXPECT_EQ(row.at("inverted"), 0) << object;
     EXPECT_GE(row.at("least_jacobian").get<double>(), 0.2) << object;
-    // The spike ends thinner than any cell, and so does the candle's wall: what is left out or added
-    // is reported.
+    // The spike ends thinner than any cell, and so does the candle's wall: what is left out or
+    // added is reported.
     EXPECT_EQ(row.at("warnings").size(), object == "spike" || object == "candle" ? 1U : 0U)
         << object << row.at("warnings");
     EXPECT_EQ(row.at("largest_gap").get<double>() > 1.5, object == "spike") << object;
