@@ -51,7 +51,10 @@ render::Scene scene_of(const std::string& mesh) {
   object.name = "object";
   object.shape = std::filesystem::absolute(mesh);
   object.size_mm = live_mm;
-  object.material = render::HomogeneousMaterial{};
+  render::HomogeneousMaterial material;
+  material.kappa_mm = 0.3;
+  material.mu_per_mm = 0.003;  // a stroke multiplies it
+  object.material = material;
   scene.objects.push_back(object);
   scene.camera.position_mm = 10.0 * live_mm * Vector3d::UnitZ();
   return scene;

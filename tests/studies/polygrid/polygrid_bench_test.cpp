@@ -46,6 +46,7 @@ TEST_F(PolygridBench, FramesHaveTheirPhases) {
   EXPECT_GT(ms("frame_ms"), 0.0);
   EXPECT_LT(row.at("iterations"), row.at("first_iterations"));
   EXPECT_GT(row.at("edit_voxels"), 0);
+  EXPECT_GT(row.at("edit_iterations"), 0);
   EXPECT_LE(row.at("edit_iterations"), row.at("first_iterations"));
   EXPECT_LT(ms("error"), 0.02);
 }
