@@ -74,7 +74,7 @@ PetscErrorCode value_and_gradient(Tao, Vec x, PetscReal* value, Vec gradient, vo
   }
 }
 
-/// As minimise.cpp: a minimum is found where steps in a row hardly lower the objective.
+/// As minimise.cpp: a minimum is found where steps in a row lower the objective little.
 PetscErrorCode test_convergence(Tao tao, void* context) {
   Stage& stage = *static_cast<Stage*>(context);
   PetscInt step = 0;

@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "core/shown_text.h"
 #include "pipeline/sfdi/calibration.h"
+#include "pipeline/sfdi/median.h"
 #include "pipeline/sfdi/sfdi_ratios.h"
 #include "pipeline/sfdi/sfdi_spectra.h"
 
@@ -45,13 +46,6 @@ Deviations deviations(const LateralCoefficients& at, const Eigen::Matrix2d& cova
 Eigen::Matrix2d noise_covariance(const LateralFit& fit, const PerFrequency& deviation) {
   const inverse::Gain noise = fit.gain * deviation.asDiagonal();
   return noise * noise.transpose();
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// The maps of one wavelength.

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/shown_text.h"
+#include "pipeline/sfdi/median.h"
 #include "pipeline/sfdi/sfdi_pictures.h"
 
 namespace kappamu::pipeline::sfdi {
@@ -98,9 +99,7 @@ class Wavelength {
       shifts.push_back(std::abs(std::remainder(turned, two_pi)) / (two_pi * p.per_mm));
     }
     if (shifts.empty()) return;
-    const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
-    std::nth_element(shifts.begin(), middle, shifts.end());
-    check.shift_mm = *middle;
+    check.shift_mm = median(std::move(shifts));
     if (!d_.projector || result_.relief) return;
     const double direction = p.direction_degrees.value_or(0.0) * std::numbers::pi / 180.0;
     result_.relief = calib::measure_relief(

@@ -12,6 +12,7 @@
 #include "forward/lateral/chromophores.h"
 #include "inverse/lateral/spectral_fit.h"
 #include "io/csv_table.h"
+#include "pipeline/sfdi/median.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -132,9 +133,7 @@ class Spectrometer {
     std::erase_if(chi_square, [](double one) { return std::isnan(one); });
     const Eigen::Index freedom = spectra_.rows() - spectra_.cols();
     if (!d_.spectra || freedom < 1 || chi_square.empty()) return;
-    const auto middle = chi_square.begin() + static_cast<std::ptrdiff_t>(chi_square.size() / 2);
-    std::nth_element(chi_square.begin(), middle, chi_square.end());
-    maps_.chi_square = *middle / static_cast<double>(freedom);
+    maps_.chi_square = median(std::move(chi_square)) / static_cast<double>(freedom);
     if (*maps_.chi_square <= explained) return;
     std::string names;
     for (const std::string& name : d_.spectra->absorbers) {
