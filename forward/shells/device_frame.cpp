@@ -91,34 +91,38 @@ void DeviceFrame::upload_hair() {
   context_.write(place_, place.data(), place_.bytes());
 }
 
-/// Layers with hair among the four texels from there, and those of pixels up to so many texels
-/// away.
-void DeviceFrame::mark_filled(int texels) {
-  if (texels == marked_) return;
-  marked_ = texels;
-  const int width = texture_.width, reach = std::min(texels, width / 2);
+/// Layers with hair among the four texels of a group's pixels, whose first one lies there and whose
+/// last one is so many texels away.
+void DeviceFrame::mark_filled(const Eigen::Array2d& group) {
+  const int width = texture_.width;
+  const auto reach = [&](double texels) {
+    return std::min(static_cast<int>(std::ceil(std::max(0.0, texels))), width - 1);
+  };
+  const std::array<int, 4> marks{reach(-group.x()), reach(group.x()) + 1, reach(-group.y()),
+                                 reach(group.y()) + 1};
+  if (marks == marked_) return;
+  marked_ = marks;
   const auto size = static_cast<std::size_t>(width);
   std::vector<std::uint64_t> own(size * size), along(size * size), all(size * size);
   for (std::size_t i = 0; i < texture_.size(); ++i) {
-    if (texture_.density[i] > 0.0F) {
-      own[i % (size * size)] |= std::uint64_t{1} << (i / (size * size));
-    }
+    if (texture_.density[i] > 0.0F) own[i % (size * size)] |= std::uint64_t{1} << i / size / size;
   }
-  const auto spread = [&](const std::vector<std::uint64_t>& from, std::vector<std::uint64_t>& to,
-                          bool across) {
-    for (int y = 0; y < width; ++y) {
-      for (int x = 0; x < width; ++x) {
-        std::uint64_t here = 0;
-        for (int d = -reach; d <= reach + 1; ++d) {
-          const int at = ((across ? x : y) + d + width) % width;
-          here |= from[static_cast<std::size_t>(across ? y * width + at : at * width + x)];
-        }
-        to[static_cast<std::size_t>(y * width + x)] = here;
+  for (int y = 0; y < width; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int d = -marks[0]; d <= marks[1]; ++d) {
+        along[static_cast<std::size_t>(y * width + x)] |=
+            own[static_cast<std::size_t>(y * width + (x + d + width) % width)];
       }
     }
-  };
-  spread(own, along, true);
-  spread(along, all, false);
+  }
+  for (int y = 0; y < width; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int d = -marks[2]; d <= marks[3]; ++d) {
+        all[static_cast<std::size_t>(y * width + x)] |=
+            along[static_cast<std::size_t>((y + d + width) % width * width + x)];
+      }
+    }
+  }
   context_.write(filled_, all.data(), filled_.bytes());
 }
 
@@ -182,21 +186,17 @@ void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_d
     shape.push_back(static_cast<float>(v.y() / tile));
     shape.push_back(static_cast<float>(v.z() / high));
   }
-  // Slants at the corners, which bound all others but the least, straight down.
-  double least = 1e30, most = 1.0, pixel = 0.0;
-  for (const double u : {-1.0, 0.0, 1.0}) {
-    for (const double v : {-1.0, 0.0, 1.0}) {
+  // A row's rays have one z, so that a pixel's step over a shell is along `right`.
+  double least = 1e30, most = 1.0, farthest = 0.0;
+  for (double u = -1.0; u <= 1.0; u += 0.125) {
+    for (double v = -1.0; v <= 1.0; v += 0.125) {
       const Vector3d d = forward + u * right + v * up;
       const double slant = d.z() < -1e-3 ? -d.norm() / d.z() : 1e3;
       least = std::min(least, slant);
       most = std::max(most, slant);
-      // A step of a pixel moves the point on the skin by so many texels.
-      if (d.z() < -1e-3) {
-        pixel = std::max(pixel, 2.0 / width_ * right.norm() * eye.z() / -d.z() * slant);
-      }
+      if (d.z() < -1e-3) farthest = std::max(farthest, -eye.z() / d.z());
     }
   }
-  if (right.z() == 0.0 && (forward + up).z() * (forward - up).z() < 0.0) least = 1.0;
   const double range = std::log2(most / least);
   const int slants = std::clamp(static_cast<int>(std::ceil(range / std::log2(slant_ratio))) + 1, 1,
                                 most_slants);
@@ -205,7 +205,7 @@ void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_d
   for (int k = 0; k < slants; ++k) {
     slant.push_back(static_cast<float>(least * std::exp2(k * step)));
   }
-  mark_filled(static_cast<int>(std::ceil(0.5 * lanes * pixel)));
+  mark_filled((lanes - 1) * 2.0 / width_ * farthest * right.head<2>().array());
   context_.launch(*program_, "pack", device::Range{static_cast<std::size_t>(items_), 1, 64, 1},
                   items_, depth_, place_, lit_, static_cast<float>(1.0 / white_), slants,
                   uploaded(context_, slant), texels_);

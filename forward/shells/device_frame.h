@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -39,13 +40,14 @@ class DeviceFrame {
 
  private:
   void upload_hair();
-  void mark_filled(int texels);
+  void mark_filled(const Eigen::Array2d& group);
 
   device::Context& context_;
   const HairTexture& texture_;
   const Transfer& transfer_;
   HairColour colour_;
-  int width_, height_, items_ = 0, marked_ = -1;
+  int width_, height_, items_ = 0;
+  std::array<int, 4> marked_{};  ///< texels to the left, right, front and back
   double white_ = 1.0;
   std::vector<std::size_t> texel_;  ///< with hair, in the order of the device; the last repeats
   device::Program* program_;

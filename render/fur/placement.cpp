@@ -46,6 +46,16 @@ std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur) {
   return frames;
 }
 
+std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, const Coat& coat) {
+  std::vector<SkinFrame> frames = skin_frames(mesh, fur);
+  for (std::size_t v = 0; v < frames.size(); ++v) {
+    if (coat.turn[v] == 0.0F) continue;
+    frames[v] =
+        frames[v] * Eigen::AngleAxisd(coat.turn[v], Vector3d::UnitZ()).toRotationMatrix();
+  }
+  return frames;
+}
+
 Placement::Placement(const TriangleMesh& mesh, const std::vector<SkinFrame>& frames, double tile_mm,
                      std::uint64_t seed)
     : mesh_(mesh), frames_(frames), tile_mm_(tile_mm), at_vertex_(mesh.vertices.size()) {

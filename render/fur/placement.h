@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
+#include "render/fur/coat.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {
@@ -19,6 +20,8 @@ using SkinFrame = Eigen::Matrix3d;
 /// Frames at the vertices of a mesh. Normals are the triangles' mean by area; where the comb's
 /// direction is the normal, another one is taken.
 std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur);
+/// The same turned by the coat about the normals.
+std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, const Coat& coat);
 
 class Placement {
  public:

@@ -134,34 +134,36 @@ __kernel void pack(int items, __global const float* depth, __global const int* p
 #define SHARE(place) (place * (uint)WIDTH)
 #endif
 
+// The high half of a product: one instruction of a processor where it is written like this, many
+// where as mul_hi().
+ushort16 share_of(ushort16 a, ushort16 b) {
+  return convert_ushort16((convert_uint16(a) * convert_uint16(b)) >> 16);
+}
+
 // Two pixels: texels a b over c d of each, weights across and down; not yet summed over a and b.
-ushort16 two(__global const ushort* first, __global const ushort* second, ushort across_first,
-             ushort across_second, ushort down_first, ushort down_second) {
+ushort16 two(__global const ushort* first, __global const ushort* second, ushort16 across,
+             ushort16 down) {
   const ushort16 upper = (ushort16)(vload8(0, first), vload8(0, second));
   const ushort16 lower =
       (ushort16)(vload8(0, first + 4 * STRIDE), vload8(0, second + 4 * STRIDE));
-  const ushort16 down = (ushort16)((ushort8)(down_first), (ushort8)(down_second));
-  const ushort16 across =
-      (ushort16)((ushort4)((ushort)~across_first), (ushort4)(across_first),
-                 (ushort4)((ushort)~across_second), (ushort4)(across_second));
-  return mul_hi((ushort16)(mul_hi(upper, (ushort16)~down) + mul_hi(lower, down)), across);
+  return share_of(share_of(upper, ~down) + share_of(lower, down), across);
 }
 
-// Blends four pixels, in the order i, k, j, l.
-#define FOUR(i, j, k, l, sum)                                                                \
-  {                                                                                          \
-    const ushort16 p = two(at + index.s##i, at + index.s##j, u.s##i, u.s##j, v.s##i, v.s##j), \
-                   q = two(at + index.s##k, at + index.s##l, u.s##k, u.s##l, v.s##k, v.s##l); \
-    const ushort16 texel = (ushort16)(p.s0123, q.s0123, p.s89ab, q.s89ab) +                  \
-                           (ushort16)(p.s4567, q.s4567, p.scdef, q.scdef);                   \
-    sum += mul_hi(texel, (ushort16)~sum.s33337777bbbbffff);                                  \
+// Blends four pixels, in the order 0, 2, 1, 3, of those that begin with index i.
+#define FOUR(i, j, k, l, u_ij, u_kl, v_ij, v_kl, sum)                                    \
+  {                                                                                      \
+    const ushort16 p = two(at + index.s##i, at + index.s##j, u.u_ij, v.v_ij),            \
+                   q = two(at + index.s##k, at + index.s##l, u.u_kl, v.v_kl);            \
+    const ushort16 texel = (ushort16)(p.s0123, q.s0123, p.s89ab, q.s89ab) +              \
+                           (ushort16)(p.s4567, q.s4567, p.scdef, q.scdef);               \
+    sum += share_of(texel, ~sum.s33337777bbbbffff);                                      \
   }
 
 // eye and ray in tiles; a pixel's ray is forward + (2 (x + 0.5) / columns - 1) right +
 // (1 - 2 (y + 0.5) / rows) up, of z = -1 for each layer's height once scaled.
 // shape[0..11]: eye x, y, height of the top shell below the eye in layers; forward, right, up in
 // x, y [tiles] and z [layers]. first_slant, per_slant: k = (log2 s - first) per.
-// filled [WIDTH][WIDTH]: layers with hair within a group of pixels of that texel.
+// filled [WIDTH][WIDTH]: layers with hair that a group whose first pixel is in that texel meets.
 __kernel void blend(int columns, int rows, __global const float* shape,
                     __global const float* slant_of, __global const ushort* texels,
                     __global const ulong* filled, __global ushort* seen) {
@@ -197,11 +199,18 @@ __kernel void blend(int columns, int rows, __global const float* shape,
     for (int layer = LAYERS - 1; layer >= 0; --layer, at -= SLICE * 4) {
       SPLIT(x);
       SPLIT(y);
-      if (filled[whole_y.s3 * WIDTH + whole_x.s3] >> layer & 1) {
+      if (filled[whole_y.s0 * WIDTH + whole_x.s0] >> layer & 1) {
         const uint8 index = 4u * (whole_y * (uint)STRIDE + whole_x);
-        const ushort8 u = convert_ushort8(SHARE(x) >> 16), v = convert_ushort8(SHARE(y) >> 16);
-        FOUR(0, 1, 2, 3, sum)
-        FOUR(4, 5, 6, 7, other)
+        const ushort8 right = convert_ushort8(SHARE(x) >> 16),
+                      v = convert_ushort8(SHARE(y) >> 16), left = ~right;
+        // Weights of the left and the right texel, pixel by pixel.
+        const ushort16 u =
+            (ushort16)(left.s0, right.s0, left.s1, right.s1, left.s2, right.s2, left.s3, right.s3,
+                       left.s4, right.s4, left.s5, right.s5, left.s6, right.s6, left.s7, right.s7);
+        FOUR(0, 1, 2, 3, s0000111122223333, s4444555566667777, s0000000011111111,
+             s2222222233333333, sum)
+        FOUR(4, 5, 6, 7, s88889999aaaabbbb, sccccddddeeeeffff, s4444444455555555,
+             s6666666677777777, other)
         const ushort16 least = min(sum, other);
         if (all(least.s37bf >= (ushort4)(OPAQUE))) break;
       }
@@ -209,9 +218,9 @@ __kernel void blend(int columns, int rows, __global const float* shape,
       y += next_y;
     }
   }
-  const ushort16 left = (ushort16)(sum.s0123, sum.s89ab, sum.s4567, sum.scdef),
-                 right = (ushort16)(other.s0123, other.s89ab, other.s4567, other.scdef);
+  const ushort16 first_half = (ushort16)(sum.s0123, sum.s89ab, sum.s4567, sum.scdef),
+                 second_half = (ushort16)(other.s0123, other.s89ab, other.s4567, other.scdef);
   __global ushort* to = seen + 4 * ((size_t)row * (8 * ((columns + 7) / 8)) + first);
-  vstore16(left, 0, to);
-  vstore16(right, 1, to);
+  vstore16(first_half, 0, to);
+  vstore16(second_half, 1, to);
 }
