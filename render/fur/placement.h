@@ -42,6 +42,10 @@ class Placement {
   /// At barycentric weights of a triangle's second and third corner.
   Places at(std::size_t triangle, double u, double v) const;
 
+  /// The three patches that count most on a triangle: at its corners, unblended. Between corners
+  /// places are linear; at() blends the fourth powers of the weights.
+  std::array<Places, 3> at_corners(std::size_t triangle) const;
+
   std::size_t patches() const { return patches_.size(); }
   /// Largest stretch at vertices, of patches that count there by a twentieth or more.
   double stretch() const;
