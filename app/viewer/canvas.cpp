@@ -2,13 +2,16 @@
 
 #include <epoxy/gl.h>
 
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <string>
+#include <utility>
 
+#include "app/viewer/shaders.h"
 #include "core/error.h"
 
 namespace kappamu::app {
@@ -19,52 +22,12 @@ using render::LitCorners;
 
 constexpr GLint samples_per_pixel = 4;  ///< where the driver has as many
 
-constexpr const char* vertex_shader = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 boundary;
-layout(location = 3) in vec3 outflow;
-layout(location = 4) in vec3 entering;
-uniform mat4 clip_from_world;
-out vec3 at, facing, eta_a_rphi, out_flow, in_flow;
-void main() {
-  at = position; facing = normal; eta_a_rphi = boundary; out_flow = outflow; in_flow = entering;
-  gl_Position = clip_from_world * vec4(position, 1.0);
-}
-)";
-
-// Radiance as render/picture/shading.h, tone curve as render::tone_mapped().
-constexpr const char* fragment_shader = R"(#version 330 core
-in vec3 at, facing, eta_a_rphi, out_flow, in_flow;
-uniform vec3 eye;
-uniform float exposure;
-uniform int channel;
-uniform bool lit;
-out vec4 colour;
-const float pi = 3.14159265358979;
-void main() {
-  float eta = eta_a_rphi.x;
-  float c = clamp(dot(normalize(facing), normalize(eye - at)), 1e-3, 1.0);
-  float inside = sqrt(1.0 - (1.0 - c * c) / (eta * eta));
-  float s = (c - eta * inside) / (c + eta * inside), p = (eta * c - inside) / (eta * c + inside);
-  float through = (1.0 - 0.5 * (s * s + p * p)) / (eta * eta);
-  vec3 radiance = through * ((2.0 * eta_a_rphi.y + 3.0 * inside) / (4.0 * pi) * out_flow +
-                             in_flow / (pi * (1.0 - eta_a_rphi.z)));
-  vec3 linear = lit ? max(exposure * radiance, 0.0) : vec3(0.05 + 0.25 * c);
-  if (channel > 0) linear = vec3(linear[channel - 1]);
-  float brightest = max(linear.r, max(linear.g, linear.b));
-  const float shoulder = 0.6, room = 0.4;
-  if (brightest > shoulder) {
-    linear *= (shoulder + room * (1.0 - exp(-(brightest - shoulder) / room))) / brightest;
-  }
-  vec3 low = 12.92 * linear, high = 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055;
-  colour = vec4(mix(high, low, lessThanEqual(linear, vec3(0.0031308))), 1.0);
-}
-)";
-
 GLuint compiled(GLenum kind, const char* source) {
   const GLuint shader = glCreateShader(kind);
-  glShaderSource(shader, 1, &source, nullptr);
+  const std::array<const char*, 4> texts{shaders::version,
+                                         kind == GL_VERTEX_SHADER ? "" : shaders::tone,
+                                         kind == GL_VERTEX_SHADER ? "" : shaders::sky, source};
+  glShaderSource(shader, static_cast<GLsizei>(texts.size()), texts.data(), nullptr);
   glCompileShader(shader);
   GLint good = 0;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
@@ -76,10 +39,10 @@ GLuint compiled(GLenum kind, const char* source) {
   return shader;
 }
 
-GLuint linked() {
+GLuint linked(const char* vertex, const char* fragment) {
   const GLuint program = glCreateProgram();
   for (const GLuint shader :
-       {compiled(GL_VERTEX_SHADER, vertex_shader), compiled(GL_FRAGMENT_SHADER, fragment_shader)}) {
+       {compiled(GL_VERTEX_SHADER, vertex), compiled(GL_FRAGMENT_SHADER, fragment)}) {
     glAttachShader(program, shader);
     glDeleteShader(shader);
   }
@@ -90,15 +53,25 @@ GLuint linked() {
   return program;
 }
 
-/// Attributes of three floats each, interleaved, from `first` on.
-void attributes(GLuint first, int floats) {
-  for (int i = 0; 3 * i < floats; ++i) {
-    const GLuint at = first + static_cast<GLuint>(i);
-    glEnableVertexAttribArray(at);
-    const auto offset = sizeof(float) * static_cast<std::size_t>(3 * i);
-    glVertexAttribPointer(at, 3, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(sizeof(float)) * floats,
-                          reinterpret_cast<const void*>(offset));
+/// Interleaved, from `first` on, of so many floats each.
+void attributes(GLuint first, const std::vector<int>& sizes) {
+  int stride = 0;
+  for (const int size : sizes) stride += size;
+  std::size_t offset = 0;
+  for (const int size : sizes) {
+    glEnableVertexAttribArray(first);
+    glVertexAttribPointer(first, size, GL_FLOAT, GL_FALSE,
+                          static_cast<GLsizei>(sizeof(float)) * stride,
+                          reinterpret_cast<const void*>(sizeof(float) * offset));
+    offset += static_cast<std::size_t>(size);
+    ++first;
   }
+}
+
+void filter(GLint as) {
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
+                  as == GL_LINEAR ? GL_LINEAR_MIPMAP_LINEAR : as);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, as);
 }
 
 void upload(const std::vector<float>& values, GLenum usage) {
@@ -128,17 +101,28 @@ Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, do
 }  // namespace
 
 Canvas::Canvas(const std::vector<float>& geometry)
-    : program_(linked()),
+    : surface_(linked(shaders::surface_vertex, shaders::surface_fragment)),
+      whole_(linked(shaders::whole_vertex, shaders::whole_fragment)),
       corners_(static_cast<int>(geometry.size()) / LitCorners::geometry_floats) {
+  glGenVertexArrays(1, &nothing_);
   glGenVertexArrays(1, &array_);
   glBindVertexArray(array_);
   glGenBuffers(1, &geometry_);
   glBindBuffer(GL_ARRAY_BUFFER, geometry_);
   upload(geometry, GL_STATIC_DRAW);
-  attributes(0, LitCorners::geometry_floats);
+  attributes(0, {3, 3, 1});
   glGenBuffers(1, &light_);
-  set_light(std::vector<float>(static_cast<std::size_t>(corners_) * LitCorners::light_floats));
-  attributes(LitCorners::geometry_floats / 3, LitCorners::light_floats);
+  glBindBuffer(GL_ARRAY_BUFFER, light_);
+  upload(std::vector<float>(static_cast<std::size_t>(corners_) * LitCorners::light_floats),
+         GL_STREAM_DRAW);
+  attributes(3, std::vector<int>(LitCorners::light_floats / 3, 3));
+  for (unsigned* texture : {&objects_, &sky_, &traced_}) {
+    glGenTextures(1, texture);
+    glBindTexture(GL_TEXTURE_2D, *texture);
+    filter(GL_NEAREST);
+    const std::array<float, 4> black{};
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, 1, 1, 0, GL_RGBA, GL_FLOAT, black.data());
+  }
 }
 
 void Canvas::set_geometry(const std::vector<float>& geometry) {
@@ -146,9 +130,48 @@ void Canvas::set_geometry(const std::vector<float>& geometry) {
   upload(geometry, GL_STREAM_DRAW);
 }
 
-void Canvas::set_light(const std::vector<float>& light) {
+void Canvas::set_light(const LitCorners& corners, const render::LiveAnswer& answer) {
   glBindBuffer(GL_ARRAY_BUFFER, light_);
-  upload(light, GL_STREAM_DRAW);
+  upload(corners.light(answer), GL_STREAM_DRAW);
+  sources_.clear();
+  for (const Eigen::Vector4d& source : answer.sources) sources_.push_back(source.cast<float>());
+  std::vector<float> surfaces;
+  for (const render::SurfaceLight& surface : answer.surface) {
+    surfaces.push_back(static_cast<float>(surface.boundary.eta));
+    surfaces.push_back(static_cast<float>(surface.roughness));
+  }
+  if (surfaces == surfaces_) return;
+  surfaces_ = std::move(surfaces);
+  glBindTexture(GL_TEXTURE_2D, objects_);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, render::table_cosines + 1,
+               static_cast<GLsizei>(answer.surface.size()), 0, GL_RGBA, GL_FLOAT,
+               render::object_table(answer.surface).data());
+}
+
+void Canvas::set_sky(const std::optional<render::Environment>& sky) {
+  has_sky_ = sky.has_value();
+  sky_visible_ = sky && sky->visible();
+  if (!sky) return;
+  sky_turn_ = static_cast<float>(sky->turn());
+  const Image<float>& image = sky->image();
+  glBindTexture(GL_TEXTURE_2D, sky_);
+  filter(GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, image.width(), image.height(), 0, GL_RGB, GL_FLOAT,
+               image.values().data());
+  glGenerateMipmap(GL_TEXTURE_2D);
+}
+
+void Canvas::turn_sky(double degrees) {
+  sky_turn_ = static_cast<float>(degrees * std::numbers::pi / 180.0);
+}
+
+void Canvas::set_traced(const Image<float>& radiance) {
+  glBindTexture(GL_TEXTURE_2D, traced_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, radiance.width(), radiance.height(), 0, GL_RGB,
+               GL_FLOAT, radiance.values().data());
 }
 
 void Canvas::resize(int width, int height) {
@@ -177,31 +200,70 @@ void Canvas::resize(int width, int height) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, fine_depth_);
 }
 
-void Canvas::draw(const render::Camera& camera, std::optional<double> exposure, int channel,
-                  double near_mm, double far_mm, int width, int height, const Viewport& at) {
+void Canvas::begin(int width, int height) {
   resize(width, height);
   glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
   glViewport(0, 0, width, height);
-  glEnable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_BLEND);
   glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+/// What both programs take.
+void Canvas::use(unsigned program, const Seen& seen) const {
+  glUseProgram(program);
+  const auto place = [&](const char* name) { return glGetUniformLocation(program, name); };
+  glUniform1f(place("exposure"), static_cast<float>(seen.exposure.value_or(1.0)));
+  glUniform1i(place("channel"), seen.channel);
+  glUniform1i(place("has_sky"), has_sky_ ? 1 : 0);
+  glUniform1f(place("sky_turn"), sky_turn_);
+  glUniform1i(place("sky_image"), 0);
+  glUniform1i(place("objects"), 1);
+  glUniform1i(place("picture"), 1);
+  glActiveTexture(GL_TEXTURE0);
+  glBindTexture(GL_TEXTURE_2D, sky_);
+  glActiveTexture(GL_TEXTURE1);
+  glBindTexture(GL_TEXTURE_2D, program == surface_ ? objects_ : traced_);
+  glActiveTexture(GL_TEXTURE0);
+}
+
+void Canvas::draw(const Seen& seen, const Viewport& at) {
   glViewport(at.x, at.y, at.width, at.height);
-  glUseProgram(program_);
-  const Eigen::Matrix4f matrix =
-      clip_from_world(camera, near_mm, far_mm, static_cast<double>(at.width) / at.height);
-  const Eigen::Vector3f eye = camera.position_mm.cast<float>();
-  glUniformMatrix4fv(glGetUniformLocation(program_, "clip_from_world"), 1, GL_FALSE, matrix.data());
-  glUniform3fv(glGetUniformLocation(program_, "eye"), 1, eye.data());
-  glUniform1f(glGetUniformLocation(program_, "exposure"),
-              static_cast<float>(exposure.value_or(1.0)));
-  glUniform1i(glGetUniformLocation(program_, "lit"), exposure ? 1 : 0);
-  glUniform1i(glGetUniformLocation(program_, "channel"), channel);
+  const Eigen::Matrix4f matrix = clip_from_world(seen.camera, seen.near_mm, seen.far_mm,
+                                                 static_cast<double>(at.width) / at.height);
+  glDisable(GL_DEPTH_TEST);
+  if (seen.exposure && (seen.traced || sky_visible_)) {
+    use(whole_, seen);
+    const Eigen::Matrix4f inverse = matrix.inverse();
+    glUniformMatrix4fv(glGetUniformLocation(whole_, "world_from_clip"), 1, GL_FALSE,
+                       inverse.data());
+    glUniform1i(glGetUniformLocation(whole_, "traced"), seen.traced ? 1 : 0);
+    glBindVertexArray(nothing_);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
+  if (seen.traced) return;
+  glEnable(GL_DEPTH_TEST);
+  use(surface_, seen);
+  const auto place = [&](const char* name) { return glGetUniformLocation(surface_, name); };
+  const Eigen::Vector3f eye = seen.camera.position_mm.cast<float>();
+  glUniformMatrix4fv(place("clip_from_world"), 1, GL_FALSE, matrix.data());
+  glUniform3fv(place("eye"), 1, eye.data());
+  glUniform1i(place("lit"), seen.exposure ? 1 : 0);
+  glUniform1i(place("sources"), static_cast<GLint>(sources_.size()));
+  if (!sources_.empty()) {
+    glUniform4fv(place("source"), static_cast<GLsizei>(sources_.size()), sources_[0].data());
+  }
   glBindVertexArray(array_);
   glDrawArrays(GL_TRIANGLES, 0, corners_);
+}
+
+void Canvas::end() {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, fine_frame_);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+  glViewport(0, 0, width_, height_);
 }
 
 void Canvas::show(int window_width, int window_height) const {

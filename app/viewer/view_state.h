@@ -78,6 +78,7 @@ struct ViewState {
   double radius_mm = 1.0;  ///< of all objects, about `centre`
   bool docked = false;     ///< the panel lies beside the picture, else over it
   bool keys_shown = false, marks_shown = true;
+  bool traced = true;           ///< the picture is traced at rest
   bool playing = false;         ///< the light in hand turns round
   bool lights_changed = false;  ///< since the last question
 

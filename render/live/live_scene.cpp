@@ -45,7 +45,10 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
       chosen_(options.model),
-      diffuse_(world_.objects().size()) {}
+      diffuse_(world_.objects().size()),
+      albedo_(world_.objects().size()),
+      furry_(std::any_of(scene.objects.begin(), scene.objects.end(),
+                         [](const SceneObject& object) { return object.fur.has_value(); })) {}
 
 LiveScene::~LiveScene() = default;
 
@@ -138,7 +141,9 @@ void LiveScene::take_media(const LiveQuestion& question) {
   for (const auto& [object, media] : question.media) {
     const WorldObject& edited = solved().objects()[object];
     const double eta = edited.boundary.eta;
-    changed = changed || edited.media.channels != media.channels;
+    const bool other = edited.media.channels != media.channels;
+    if (other) albedo_[object].reset();
+    changed = changed || other;
     solved().set_media(object, media);
     refracts_otherwise = refracts_otherwise || edited.boundary.eta != eta;
   }
@@ -182,6 +187,7 @@ std::string LiveScene::take_shapes(const ShapeQuestion& shape) {
     for (const std::size_t object : others) solvers[object]->shape_changed();
   }
   // What is known is of another shape.
+  for (const std::size_t object : others) albedo_[object].reset();
   features_.clear();
   std::erase_if(records_, [](const auto& record) { return record.first.second > 0; });
   for (auto& [step, record] : records_) record.error.reset();
@@ -244,6 +250,7 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
     answer.exitance.push_back({std::move(solved.exitance), diffuse_[i]});
   }
   answer.model_ms = model_watch.milliseconds();
+  describe_surfaces(sources, answer);
   incident_ = std::move(incident);
   Record& record = records_[step];
   const double milliseconds = answer.light_ms + answer.model_ms;
@@ -253,6 +260,29 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
   answer.error_estimate = record.error;
   answer.model_error = model_error(model);
   return answer;
+}
+
+void LiveScene::describe_surfaces(const LightSources& sources, LiveAnswer& answer) {
+  const Stopwatch watch;
+  const World& world = solved();
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const WorldObject& object = world.objects()[i];
+    if (!albedo_[i]) {
+      albedo_[i] = std::make_shared<const std::vector<Colour>>(albedo_below(object));
+    }
+    answer.surface.push_back(
+        {object.boundary, object.roughness, albedo_[i], arriving_on(world, i, sources)});
+  }
+  for (std::size_t s = 0; s < std::min(most_drawn_sources, sources.size()); ++s) {
+    Eigen::Vector4d place = Eigen::Vector4d::UnitW();
+    if (const Eigen::Vector3d* position = sources[s]->position()) {
+      place.head<3>() = *position;
+    } else {
+      place << -sources[s]->at(Eigen::Vector3d::Zero()).direction, 0.0;
+    }
+    answer.sources.push_back(place);
+  }
+  answer.surface_ms = watch.milliseconds();
 }
 
 /// While shapes move, the coarsest of a model that can follow them.
@@ -273,6 +303,7 @@ LiveScene::Step LiveScene::answering_step(Progress& progress, std::string& refus
 
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   answered_ = false;
+  picture_.reset();
   take_media(question);
   lights_ = question.lights;
   const Stopwatch shape_watch;
@@ -352,8 +383,15 @@ void LiveScene::state_errors(const Step& step, LiveAnswer& answer) {
   if (follows) records_[{last_->model, last_->level}].error = of_level_before * *worst;
 }
 
+std::optional<Picture> LiveScene::traced(const PictureView& view, Progress& progress) {
+  if (!answered_ || shapes_.any_moves() || furry_) return std::nullopt;
+  return picture_.next(solved(), lights_, environment_ ? &*environment_ : nullptr, last_->exitance,
+                       view, options_.seed, progress);
+}
+
 std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
   if (!answered_ || shapes_.any_moves()) return std::nullopt;
+  picture_.reset();
   if (features_.empty()) {
     const Solvers& solvers = solvers_.at(last_->model);
     for (std::size_t i = 0; i < solvers.size(); ++i) {

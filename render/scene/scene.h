@@ -149,6 +149,8 @@ struct Camera {
   Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
   double fov_deg = 30.0;  ///< of the film's height
+
+  bool operator==(const Camera&) const = default;
 };
 
 struct Film {
