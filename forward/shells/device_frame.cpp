@@ -140,15 +140,14 @@ void DeviceFrame::light(const PlaceLight& light, const Vector3d& eye,
       for (int c = 0; c < 3; ++c) lamps.push_back(static_cast<float>(light.lamps[i].direction[c]));
       for (int c = 0; c < 3; ++c) lamps.push_back(static_cast<float>(light.lamps[i].irradiance[c]));
       for (std::size_t k = 0; k < size; ++k) {
-        lamps.push_back(static_cast<float>(light.coefficients(
-            static_cast<Eigen::Index>(k), 3 + static_cast<Eigen::Index>(i))));
+        lamps.push_back(static_cast<float>(
+            light.coefficients(static_cast<Eigen::Index>(k), 3 + static_cast<Eigen::Index>(i))));
       }
     }
     if (lamps.empty()) lamps.push_back(0.0F);
     for (const double value : reflectance.norms()) norm.push_back(static_cast<float>(value));
-    context_.launch(*program_, "light",
-                    device::Range{static_cast<std::size_t>(items_), 1, 64, 1}, items_, hair_,
-                    transfer_values_, uploaded(context_, sky),
+    context_.launch(*program_, "light", device::Range{static_cast<std::size_t>(items_), 1, 64, 1},
+                    items_, hair_, transfer_values_, uploaded(context_, sky),
                     static_cast<int>(light.lamps.size()), uploaded(context_, lamps),
                     static_cast<float>(eye.x()), static_cast<float>(eye.y()),
                     static_cast<float>(eye.z()), static_cast<float>(reflectance.shine()),
@@ -198,8 +197,8 @@ void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_d
     }
   }
   const double range = std::log2(most / least);
-  const int slants = std::clamp(static_cast<int>(std::ceil(range / std::log2(slant_ratio))) + 1, 1,
-                                most_slants);
+  const int slants =
+      std::clamp(static_cast<int>(std::ceil(range / std::log2(slant_ratio))) + 1, 1, most_slants);
   std::vector<float> slant;
   const double step = slants > 1 ? range / (slants - 1) : 1.0;
   for (int k = 0; k < slants; ++k) {
@@ -210,15 +209,14 @@ void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_d
                   items_, depth_, place_, lit_, static_cast<float>(1.0 / white_), slants,
                   uploaded(context_, slant), texels_);
   const std::vector<float> slant_of{static_cast<float>(std::log2(least)),
-                                    static_cast<float>(1.0 / step),
-                                    static_cast<float>(slants - 1),
+                                    static_cast<float>(1.0 / step), static_cast<float>(slants - 1),
                                     static_cast<float>(high / tile)};
   const int groups = groups_of(width_);
-  context_.launch(*program_, "blend",
-                  device::Range{static_cast<std::size_t>(groups),
-                                static_cast<std::size_t>(height_), 4, 4},
-                  width_, height_, uploaded(context_, shape), uploaded(context_, slant_of), texels_,
-                  filled_, seen_);
+  context_.launch(
+      *program_, "blend",
+      device::Range{static_cast<std::size_t>(groups), static_cast<std::size_t>(height_), 4, 4},
+      width_, height_, uploaded(context_, shape), uploaded(context_, slant_of), texels_, filled_,
+      seen_);
   context_.finish();
 }
 

@@ -28,8 +28,8 @@ class DeviceFrame {
   /// As FrameDrawer::drawn(), which states the arguments; not yet read back. Rays that meet the
   /// skin at less than a thousandth see nothing.
   void draw(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, double fov_deg);
-  /// The frame drawn last: R, G, B of `white`, and opacity, each of 65535; [y][x][4], rows padded to
-  /// a multiple of 8 pixels.
+  /// The frame drawn last: R, G, B of `white`, and opacity, each of 65535; [y][x][4], rows padded
+  /// to a multiple of 8 pixels.
   template <class Look>
   void look(const Look& look) {
     context_.look(seen_, seen_.bytes(), look);

@@ -45,9 +45,9 @@ void FurShading::add_shells(int fur, TriangleMesh& all) {
     const int first = static_cast<int>(all.vertices.size());
     const double share = (layer + 0.5) / furry.layers();
     for (std::size_t v = 0; v < object.mesh.vertices.size(); ++v) {
-      all.vertices.push_back(object.world_from_object *
-                             (object.mesh.vertices[v] +
-                              share * furry.length_mm(v) * furry.frames()[v].col(2)));
+      all.vertices.push_back(
+          object.world_from_object *
+          (object.mesh.vertices[v] + share * furry.length_mm(v) * furry.frames()[v].col(2)));
     }
     for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
       const auto& [a, b, c] = object.mesh.triangles[t];

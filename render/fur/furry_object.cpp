@@ -116,9 +116,9 @@ FurryObject::FurryObject(const WorldObject& object, const Fur& fur,
 FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
                          Progress& progress)
     : FurryObject(
-          object, fur, named(object, [&] {
-            return std::make_shared<const FurTile>(make_fur_tile(fur, progress));
-          }),
+          object, fur,
+          named(object,
+                [&] { return std::make_shared<const FurTile>(make_fur_tile(fur, progress)); }),
           named(object, [&] { return coat_of(object.mesh, fur); })) {
   for (const HairCoat& coat : HairOptions{}.coats) {
     report.hairs += static_cast<int>(std::lround(fur.density * coat.hairs));
@@ -222,7 +222,8 @@ void FurryObject::set_light(const World& world, const LightSources& sources,
 
 double FurryObject::opacity(double density, double cosine) const {
   constexpr double grazing = 0.15;  // shells seen edge-on hold back no more than at this
-  return forward::shells::opacity(tile_->texture, tile_->transfer.r, density, std::max(grazing, cosine));
+  return forward::shells::opacity(tile_->texture, tile_->transfer.r, density,
+                                  std::max(grazing, cosine));
 }
 
 FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, int layer,
@@ -246,8 +247,7 @@ FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, i
     const ShellTexels texels =
         on_shell(texture, tile.x() * tile_width, tile.y() * tile_width, layer);
     for (std::size_t k = 0; k < 4; ++k) {
-      const double hair =
-          thinned * weight * texels.weight[k] * texture.density[texels.texel[k]];
+      const double hair = thinned * weight * texels.weight[k] * texture.density[texels.texel[k]];
       if (hair > 0.0) met[count++] = {texels.texel[k], hair};
       made.density += hair;
     }

@@ -146,8 +146,8 @@ void light_fur(const FurryObject& furry, const FurVolume& volume, FurCorners& co
         for (int k = 0; k < modes; ++k) *to++ = static_cast<float>(w[k]);
         for (int i = 0; i < 3; ++i) *to++ = static_cast<float>(here.direction[lamp][i]);
         const double brightest = static_cast<double>(corners.lamp_colour[lamp].maxCoeff());
-        *to++ = static_cast<float>(brightest > 0.0 ? here.of_lamp[lamp].maxCoeff() / brightest
-                                                   : 0.0);
+        *to++ =
+            static_cast<float>(brightest > 0.0 ? here.of_lamp[lamp].maxCoeff() / brightest : 0.0);
       }
     }
   });

@@ -1,6 +1,6 @@
-// Fur for a graphics card: the tile as three volumes of four channels, its transfer reduced to a few
-// modes, and the corners of the skin's triangles with the light that arrives there. A fragment then
-// costs three lookups per patch and a dot product per lamp, where [K] has 25 coefficients.
+// Fur for a graphics card: the tile as three volumes of four channels, its transfer reduced to a
+// few modes, and the corners of the skin's triangles with the light that arrives there. A fragment
+// then costs three lookups per patch and a dot product per lamp, where [K] has 25 coefficients.
 //
 // The modes are the eigenvectors of the transfer's second moments over the hair (Sloan et al. 2003,
 // without clusters): t = Σ_k w_k e_k, and light l arrives as Σ_k w_k (e_k · l).

@@ -51,8 +51,7 @@ std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, con
   std::vector<SkinFrame> frames = skin_frames(mesh, fur);
   for (std::size_t v = 0; v < frames.size(); ++v) {
     if (coat.turn[v] == 0.0F) continue;
-    frames[v] =
-        frames[v] * Eigen::AngleAxisd(coat.turn[v], Vector3d::UnitZ()).toRotationMatrix();
+    frames[v] = frames[v] * Eigen::AngleAxisd(coat.turn[v], Vector3d::UnitZ()).toRotationMatrix();
   }
   return frames;
 }
@@ -171,8 +170,8 @@ std::array<Placement::Places, 3> Placement::at_corners(std::size_t triangle) con
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t i = 0; i < std::min<std::size_t>(3, all.size()); ++i) {
       const Patch& patch = patches_[static_cast<std::size_t>(all[i].second)];
-      const Vector3d local = patch.frame.transpose() *
-                             (mesh_.vertices[static_cast<std::size_t>(t[c])] - patch.centre);
+      const Vector3d local =
+          patch.frame.transpose() * (mesh_.vertices[static_cast<std::size_t>(t[c])] - patch.centre);
       places[c].place[i] = {local.head<2>() / tile_mm_ + patch.offset,
                             weight_at(t[c], all[i].second)};
       places[c].count = static_cast<int>(i) + 1;

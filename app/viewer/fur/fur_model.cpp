@@ -38,8 +38,8 @@ struct FurModel::Coat {
   render::Coat painted;
   std::unique_ptr<render::FurryObject> furry;
   std::future<MadeTile> coming;
-  render::Fur asked;       ///< of the tile that comes or is shown
-  int rays = 0;            ///< of that
+  render::Fur asked;  ///< of the tile that comes or is shown
+  int rays = 0;       ///< of that
   bool placed = false, lit = false;
 };
 
@@ -70,6 +70,33 @@ bool FurModel::making(std::size_t coat) const {
   return coats_[coat]->coming.valid();
 }
 
+bool FurModel::making() const {
+  return std::any_of(coats_.begin(), coats_.end(),
+                     [](const auto& coat) { return coat->coming.valid(); });
+}
+
+void FurModel::shade(render::LiveAnswer& answer) const {
+  for (const auto& coat : coats_) {
+    const std::size_t object = coat->shown.object;
+    const auto& triangles = world_.objects()[object].mesh.triangles;
+    const std::vector<double>& shares = coat->shown.skin_shares;
+    if (shares.empty()) continue;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      double share = 0.0;
+      for (const int v : triangles[t]) share += shares[static_cast<std::size_t>(v)] / 3.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        answer.exitance[object].exitance[c][t] *= share;
+        if (!answer.exitance[object].diffuse[c].empty()) {
+          answer.exitance[object].diffuse[c][t] *= share;
+        }
+      }
+      for (auto& source : answer.surface[object].arriving) {
+        source[t] *= static_cast<float>(share);
+      }
+    }
+  }
+}
+
 void FurModel::begin_tile(Coat& coat, int rays) const {
   coat.asked = coat.shown.fur;
   coat.rays = rays;
@@ -89,8 +116,8 @@ void FurModel::begin_tile(Coat& coat, int rays) const {
 void FurModel::set(std::size_t index, const render::Fur& fur) {
   Coat& coat = *coats_[index];
   const render::Fur before = std::exchange(coat.shown.fur, fur);
-  if (before.length_mm != fur.length_mm || before.tile() != fur.tile() ||
-      before.comb != fur.comb || before.comb_turn_deg != fur.comb_turn_deg) {
+  if (before.length_mm != fur.length_mm || before.tile() != fur.tile() || before.comb != fur.comb ||
+      before.comb_turn_deg != fur.comb_turn_deg) {
     coat.placed = false;
   }
 }
@@ -118,8 +145,7 @@ bool FurModel::stroke(const render::LookAt& look, const Eigen::Vector2d& from,
   const Rigid& world_from_object = object.world_from_object;
   const Vector3d at = world_from_object.inverse() * start->position;
   const Vector3d along = world_from_object.rotation.transpose() * (end->position - start->position);
-  const std::vector<render::SkinFrame> bare =
-      render::skin_frames(object.mesh, coat.shown.fur);
+  const std::vector<render::SkinFrame> bare = render::skin_frames(object.mesh, coat.shown.fur);
   for (std::size_t v = 0; v < object.mesh.vertices.size(); ++v) {
     const double distance = (object.mesh.vertices[v] - at).norm() / brush.radius_mm;
     if (distance >= 1.0) continue;
@@ -132,8 +158,9 @@ bool FurModel::stroke(const render::LookAt& look, const Eigen::Vector2d& from,
         const Vector3d wanted = bare[v].transpose() * along;
         if (wanted.head<2>().norm() < 1e-9) break;
         const double turn = static_cast<double>(coat.painted.turn[v]);
-        const Eigen::Vector2d mixed = (1.0 - weight) * Eigen::Vector2d(std::cos(turn), std::sin(turn)) +
-                                      weight * wanted.head<2>().normalized();
+        const Eigen::Vector2d mixed =
+            (1.0 - weight) * Eigen::Vector2d(std::cos(turn), std::sin(turn)) +
+            weight * wanted.head<2>().normalized();
         coat.painted.turn[v] = static_cast<float>(std::atan2(mixed.y(), mixed.x()));
         break;
       }
@@ -177,8 +204,8 @@ bool FurModel::update() {
     if (!coat.placed) {
       const Stopwatch watch;
       const render::WorldObject& object = world_.objects()[shown.object];
-      coat.furry = std::make_unique<render::FurryObject>(object, shown.fur, shown.tile,
-                                                         coat.painted);
+      coat.furry =
+          std::make_unique<render::FurryObject>(object, shown.fur, shown.tile, coat.painted);
       shown.corners.geometry = render::fur_geometry(*coat.furry);
       shown.patches = coat.furry->placement().patches();
       shown.stretch = coat.furry->placement().stretch();

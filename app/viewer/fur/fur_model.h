@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/fur/live_fur.h"
+#include "render/live/live_answer.h"
 #include "render/look_at.h"
 #include "render/scene/world.h"
 
@@ -51,6 +52,7 @@ class FurModel {
   const Shown& shown(std::size_t coat) const;
   const std::string& name(std::size_t coat) const;
   bool making(std::size_t coat) const;  ///< a tile is on its way
+  bool making() const;                  ///< of any coat
 
   /// Other fur from now on.
   void set(std::size_t coat, const render::Fur& fur);
@@ -63,6 +65,8 @@ class FurModel {
 
   /// Does what the calls above asked for. Whether the picture changes. Throws InputError.
   bool update();
+  /// Of the light that skin sends out, what there is under its fur.
+  void shade(render::LiveAnswer& answer) const;
   /// Waits for the finest tiles.
   void finish();
 
