@@ -58,23 +58,6 @@ FurVolume make_fur_volume(const FurTile& tile) {
   return volume;
 }
 
-ShellDetail ShellDetail::of(int layers, double height_px, double apart_px) {
-  ShellDetail detail{layers, 0.0};
-  const double wanted = std::max(height_px / apart_px, 1e-3);
-  while (detail.count > 4 && detail.count % 2 == 0 && 0.5 * detail.count >= wanted) {
-    detail.count /= 2;
-  }
-  if (detail.count > 4 && detail.count % 2 == 0 && wanted < detail.count) {
-    // From count shells to half of them as `wanted` goes the same way.
-    detail.merged = std::clamp(std::log2(detail.count / wanted), 0.0, 1.0);
-  }
-  return detail;
-}
-
-double ShellDetail::level(int layers) const {
-  return std::log2(static_cast<double>(layers) / count) + merged;
-}
-
 std::vector<float> fur_geometry(const FurryObject& furry) {
   const TriangleMesh& mesh = furry.object().mesh;
   const Rigid& world_from_object = furry.object().world_from_object;

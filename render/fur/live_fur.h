@@ -9,6 +9,7 @@
 #include <array>
 #include <vector>
 
+#include "forward/shells/detail.h"
 #include "render/fur/furry_object.h"
 
 namespace kappamu::render {
@@ -25,23 +26,6 @@ struct FurVolume {
   double lost = 0.0;      ///< share of the transfer's squared norm that the modes leave out
 };
 FurVolume make_fur_volume(const FurTile& tile);
-
-/// Shells that are drawn: `count` of them, in pairs that come nearer to each other and whose
-/// first takes the second's place as `merged` goes from 0 to 1. Halving the count at 1 changes
-/// nothing, so that no shell pops in or out.
-struct ShellDetail {
-  int count = 32;
-  double merged = 0.0;
-  /// As many as keep them this many pixels apart, seen from aside; not fewer than four.
-  /// `height_px`: of all of the fur.
-  static ShellDetail of(int layers, double height_px, double apart_px = 1.0);
-
-  double level(int layers) const;  ///< log2 of layers that one shell stands for
-  double drawn() const { return count * (1.0 - 0.5 * merged); }
-  /// Height of shell `i`, 0 to 1, and how many of `count` shells it stands for.
-  double height(int i) const { return (i + 0.5 + (i % 2 == 0 ? 0.5 : -0.5) * merged) / count; }
-  double weight(int i) const { return i % 2 == 0 ? 1.0 + merged : 1.0 - merged; }
-};
 
 struct FurCorners {
   /// Position [mm], outward normal and comb in the world; tile coordinates and weight of three

@@ -114,8 +114,8 @@ void FurCanvas::draw_shells(const Seen& seen, const Viewport& at, const FurModel
   const double distance = (seen.camera.target_mm - seen.camera.position_mm).norm();
   const double px_per_mm =
       at.height / (2.0 * distance * std::tan(0.5 * seen.camera.fov_deg * std::numbers::pi / 180.0));
-  const render::ShellDetail detail =
-      render::ShellDetail::of(shown.volume.layers, fur.length_mm * px_per_mm, apart_px);
+  const forward::shells::ShellDetail detail =
+      forward::shells::ShellDetail::of(shown.volume.layers, fur.length_mm * px_per_mm, apart_px);
   shells_ = detail.drawn();
   glUseProgram(shell_);
   const auto place = [&](const char* name) { return glGetUniformLocation(shell_, name); };
