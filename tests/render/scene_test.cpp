@@ -64,7 +64,8 @@ json full_scene() {
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
-               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}},
+               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3,
+               "length_map": "length.png", "density_map": "density.png", "colour_map": "colour.png", "comb_map": "comb.png"}},
       {"name": "d", "shape": "sphere", "size_mm": 5, "position_mm": [30, 0, 0],
        "material": {"volume": "run", "placement": "shell", "up": [0, 0, 1], "scale": 0.5,
                     "texture_size_mm": [20, 30], "core": "mean-values", "seed": 4}},
@@ -259,6 +260,8 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(scene.objects[2].fur->comb, Eigen::Vector3d::UnitX());
   EXPECT_FALSE(scene.objects[2].fur->fins);
   EXPECT_EQ(scene.objects[2].fur->rays, 128);
+  ASSERT_TRUE(scene.objects[2].fur->comb_map);
+  EXPECT_EQ(scene.objects[2].fur->comb_map->filename(), "comb.png");
   ASSERT_EQ(scene.lights.size(), 5U);
   EXPECT_EQ(std::get<DirectionalLight>(scene.lights[0]).direction, -Eigen::Vector3d::UnitY());
   EXPECT_EQ(std::get<PointLight>(scene.lights[1]).irradiance[1], 0.5);
