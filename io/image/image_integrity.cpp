@@ -76,6 +76,11 @@ std::optional<std::uint64_t> walk_jpeg(Bytes bytes, const Visit& visit) {
   return bytes.size();
 }
 
+/// 0xC0 to 0xCF, but for 4, 8 and 12, which are tables.
+bool starts_frame(std::uint64_t marker) {
+  return marker >= 0xC0 && marker <= 0xCF && (marker % 4 != 0 || marker == 0xC0);
+}
+
 /// An end-of-image marker behind the beginning of the first scan: coded data never contain one.
 Integrity check_jpeg(Bytes bytes) {
   constexpr std::byte end_of_image{0xD9};
@@ -219,12 +224,20 @@ std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
   return {};
 }
 
+std::optional<int> jpeg_process(Bytes bytes) {
+  std::optional<int> process;
+  if (image_kind(bytes) != ImageKind::jpeg) return process;
+  walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t) {
+    if (!process && starts_frame(marker)) process = static_cast<int>(marker - 0xC0);
+  });
+  return process;
+}
+
 std::optional<ImageSize> jpeg_size(Bytes bytes) {
   std::optional<ImageSize> size;
   if (image_kind(bytes) != ImageKind::jpeg) return size;
   walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t at) {
-    // Start of frame: 0xC0 to 0xCF, but for 4, 8 and 12, which are tables.
-    if (marker > 0xCF || (marker % 4 == 0 && marker != 0xC0) || at + 10 > bytes.size()) return;
+    if (!starts_frame(marker) || at + 10 > bytes.size()) return;
     size = {static_cast<int>(number(bytes, at + 7, 2, std::endian::big)),
             static_cast<int>(number(bytes, at + 5, 2, std::endian::big)),
             static_cast<int>(number(bytes, at + 9, 1, std::endian::big)),

@@ -32,6 +32,10 @@ Integrity check_integrity(std::span<const std::byte> bytes);
 /// opens them. Nothing where there is no frame header, and of other formats.
 std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes);
 
+/// Which of JPEG's processes coded it (0: baseline DCT, 3: lossless, ITU-T T.81 table B.1); nothing
+/// where there is no frame header, and of other formats.
+std::optional<int> jpeg_process(std::span<const std::byte> bytes);
+
 /// A number, the first of several, of a TIFF's first directory, where TIFF/EP has what EXIF has in
 /// a directory of its own; nothing where it has no such tag of type short, long or (signed)
 /// fraction, and of other formats.

@@ -28,6 +28,7 @@ struct Page {
   std::vector<Tag> more{};
   unsigned bits = 16, strips = 1;
   std::string pixels{};
+  unsigned compression = 1;
 };
 
 std::string tiff(const std::vector<Page>& pages) {
@@ -58,7 +59,7 @@ std::string tiff(const std::vector<Page>& pages) {
         {256, 4, {page.width}},
         {257, 4, {page.height}},
         {258, 3, std::vector<std::uint32_t>(page.samples, page.bits)},
-        {259, 3, {1}},
+        {259, 3, {page.compression}},
         {262, 3, {page.photometric}},
         {273, 4, offsets},
         {277, 3, {page.samples}},
@@ -224,6 +225,37 @@ TEST_F(Tiff, RawOfAGreySensorIsReadWithoutAMosaic) {
   linear.samples = 3;
   const auto file = write({linear}, "a.dng");
   EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("several colours a pixel"));
+}
+
+// Compression 7 is lossless JPEG (SOF3) or, by cameras and converters that save room, baseline JPEG
+// (SOF0), of which LibRaw made other codes, without a word.
+TEST_F(Tiff, LossyRawIsRefused) {
+  Image<std::uint8_t> picture(64, 48, 1);
+  for (int x = 0; x < 64 * 48; ++x) picture(x % 64, x / 64) = static_cast<std::uint8_t>(x % 251);
+  const std::vector<std::uint8_t> jpeg = encode_jpeg(picture, 90);
+  Page page = dng(true, {});
+  page.bits = 8;
+  page.pixels.assign(jpeg.begin(), jpeg.end());
+  page.compression = 7;
+  const auto file = write({page}, "a.dng");
+  EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("a.dng: holds lossy JPEG"));
+}
+
+// A lossless JPEG of 2 x 1 codes, made by hand from T.81, annex H: predictor 1, differences of no
+// bits (the code 1 << 15 everywhere).
+TEST_F(Tiff, LosslessRawIsRead) {
+  const std::string jpeg(
+      "\xFF\xD8"                                                  // begin
+      "\xFF\xC3\x00\x0B\x10\x00\x30\x00\x40\x01\x00\x11\x00"      // 16 bits, 48 x 64, one part
+      "\xFF\xC4\x00\x14\x00\x01\x00\x00\x00\x00\x00\x00\x00\x00"  // one code of one bit ...
+      "\x00\x00\x00\x00\x00\x00\x00\x00"                          // ... for differences of 0
+      "\xFF\xDA\x00\x08\x01\x01\x00\x01\x00\x00",                 // scan, predictor 1
+      2 + 13 + 22 + 10);
+  Page page = dng(true, {});
+  page.pixels = jpeg + std::string(64 * 48 / 8, '\0') + "\xFF\xD9";
+  page.compression = 7;
+  const RawImage raw = read_raw(write({page}, "a.dng"));
+  EXPECT_THAT(raw.mosaic.values(), testing::Each(1 << 15));
 }
 
 }  // namespace
