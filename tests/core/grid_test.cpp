@@ -59,8 +59,12 @@ TEST(Medium, NamesTheFirstBadVoxel) {
   Medium medium{Volume<double>(grid, 0.2), Volume<double>(grid, 0.0)};
   validate(medium, "k.npy");
   medium.kappa(2, 1, 1) = 0.0;
-  EXPECT_EQ(sentence_of([&] { validate(medium, "k.npy"); }),
-            "k.npy: kappa is 0 at voxel x=2 y=1 z=1; every kappa must be finite and positive [mm]");
+  EXPECT_EQ(
+      sentence_of([&] { validate(medium, "k.npy"); }),
+      "k.npy: kappa is 0 at voxel x=2 y=1 z=1; every kappa must be positive, from 1e-9 to 1e9 "
+      "mm");
+  medium.kappa(2, 1, 1) = 1e-45;
+  EXPECT_THAT(sentence_of([&] { validate(medium, "k.npy"); }), HasSubstr("from 1e-9 to 1e9 mm"));
   medium.kappa(2, 1, 1) = 0.2;
   medium.mu(0, 0, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(sentence_of([&] { validate(medium, "m.npy"); }),
