@@ -47,13 +47,11 @@ void validate_one(const Volume<double>& volume, const char* name, double least, 
 }  // namespace
 
 void validate(const Medium& medium, const std::string& source) {
-  // Beyond these, areas and volumes of voxels leave the range of floats.
-  constexpr double least_mm = 1e-6, most_mm = 1e6;
   const double edge = medium.kappa.shape().voxel_mm;
-  if (!(edge >= least_mm && edge <= most_mm)) {
+  if (!(edge >= least_voxel_mm && edge <= most_voxel_mm)) {
     throw InputError(source +
                      formatted(": the voxels' edge is %g mm; it must lie between %g and %g", edge,
-                               least_mm, most_mm));
+                               least_voxel_mm, most_voxel_mm));
   }
   validate_one(medium.kappa, "kappa", least_kappa,
                "every kappa must be positive, from 1e-9 to 1e9 mm", source);

@@ -105,6 +105,16 @@ TEST(SurfaceMeasurements, ValidatesShapesAndNumbers) {
   wrong.irradiance.assign(wrong.irradiance.size(), 0.0F);
   EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
               HasSubstr("irradiance is zero everywhere"));
+  // The least and nearly the largest float: light that no float could follow.
+  for (const float light : {1e-45F, 3e38F}) {
+    wrong.irradiance.back() = light;
+    EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
+                HasSubstr("beyond 1e-20 to 1e20; state it in another unit"));
+  }
+  wrong = small_measurements();
+  wrong.grid.voxel_mm = 1e-40;
+  EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
+              HasSubstr("voxel_mm must be positive, from 1e-6 to 1e6 mm"));
 }
 
 }  // namespace
