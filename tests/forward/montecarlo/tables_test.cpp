@@ -89,7 +89,7 @@ TEST(CollisionTable, RefusesWhatIsNoMedium) {
 }
 
 // A photon would scatter a million times, and a million photons would take hours.
-TEST(CollisionTables, LightThatScattersForEverIsRefused) {
+TEST(CollisionTable, LightThatScattersForEverIsRefused) {
   const GridShape shape{4, 4, 4, 0.5};
   Medium medium{Volume<double>(shape, 0.3), Volume<double>(shape, 0.01)};
   collision_table(medium, 0.0);
