@@ -58,17 +58,6 @@ std::optional<std::string> thin_block(const Medium& medium, const forward::GridS
       paths);
 }
 
-/// Light that leaves the profile along the depth open.
-std::optional<std::string> layers_undetermined(const LayerFreedom& freedom) {
-  const double factor = std::exp(freedom.log_mu);
-  if (factor <= defaults::summary::undetermined_factor) return std::nullopt;
-  return formatted(
-      "This light determines mu of no layer better than to a factor of %.2g (one standard "
-      "deviation): a block of other layers, of other kappa and mu, would show the same. Light the "
-      "block by bars or patches, or on the face that is not seen.",
-      factor);
-}
-
 }  // namespace
 
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
@@ -179,9 +168,6 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
                            point_spread(prior_metric(*fit.prior, space),
                                         posterior_metric(*fit.prior, space, fit.blocks), space),
                            *fit.prior);
-  fit.freedom = layer_freedom(objective);
-  const auto sentence = layers_undetermined(fit.freedom);
-  if (sentence && !run.context.interim) run.warn(*sentence);
 }
 
 }  // namespace kappamu::inverse

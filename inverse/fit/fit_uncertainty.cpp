@@ -131,19 +131,13 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
 SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit) {
   double contrast = 0.0;
   EvenChange unresolved;
-  LayerFreedom freedom;
   for (const ChannelFit& fit : fits) {
     if (!fit.prior) continue;
-    freedom.log_kappa = std::max(freedom.log_kappa, fit.freedom.log_kappa);
-    freedom.log_mu = std::max(freedom.log_mu, fit.freedom.log_mu);
     contrast = std::max(contrast, contrast_deviation(fit.medium.kappa, lit));
     unresolved.log_kappa = std::max(unresolved.log_kappa, std::abs(fit.unresolved.log_kappa));
     unresolved.log_mu = std::max(unresolved.log_mu, std::abs(fit.unresolved.log_mu));
   }
-  SharedDeviation shared = shared_deviation(contrast, unresolved);
-  shared.log_kappa = std::hypot(shared.log_kappa, freedom.log_kappa);
-  shared.log_mu = std::hypot(shared.log_mu, freedom.log_mu);
-  return shared;
+  return shared_deviation(contrast, unresolved);
 }
 
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDeviation& shared,
