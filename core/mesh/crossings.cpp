@@ -149,12 +149,14 @@ MeshCrossings::Pairs MeshCrossings::crossing_pairs(const std::vector<int>& compo
     const std::size_t begin = static_cast<std::size_t>(row) * piece;
     for (std::size_t i = begin; i < std::min(begin + piece, boxes_.size()); ++i) {
       const int one = static_cast<int>(i);
+      const Vector3d near = Vector3d::Constant(touching_between * length_);
+      const Eigen::AlignedBox3d reach(boxes_[i].min() - near, boxes_[i].max() + near);
       tree_.visit(
           [&](const Eigen::AlignedBox3d& box) {
-            return looks_here < most_looks && box.intersects(boxes_[i]);
+            return looks_here < most_looks && box.intersects(reach);
           },
           [&](int other) {
-            if (other <= one || !boxes_[i].intersects(boxes_[static_cast<std::size_t>(other)])) {
+            if (other <= one || !reach.intersects(boxes_[static_cast<std::size_t>(other)])) {
               return;
             }
             ++looks_here;
