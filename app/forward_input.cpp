@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/coefficient_bounds.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/shown_text.h"
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"

@@ -1,7 +1,7 @@
 #include "core/grid.h"
 
-#include "core/coefficient_bounds.h"
 #include "core/error.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/shown_text.h"
 
 namespace kappamu {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/coefficient_bounds.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/shown_text.h"
 
 namespace kappamu {

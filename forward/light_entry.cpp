@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/coefficient_bounds.h"
 #include "core/error.h"
 #include "core/mesh/edges.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/random.h"
 
 namespace kappamu::forward {
