@@ -24,6 +24,7 @@ import mitsuba as mi
 import numpy as np
 
 CONE = np.radians(20.0)
+CAMERA_DEGREES = 30.0  # from the normal: out of the lens's cone, or unscattered light would be seen
 FAR = 500.0  # mm from lens to block
 GAP = 2e-3  # mm between slide and face
 MARGIN = 120  # projector pixels of slide beyond the face: no light beside the block
@@ -42,6 +43,7 @@ def handwritten(folder):
     sys.argv = arguments
     rig.FOLDER, rig.BITS, rig.BLACK, rig.TOP, rig.READ = folder, 16, 1000.0, 65535, 0.5
     rig.POINTS = 10  # corners as exact as the little noise stated
+    rig.BACK = rig.looking(54.0, CAMERA_DEGREES, rig.MIDDLE + [0, 0, rig.SIZE[2]], True)
     return rig
 
 
