@@ -1,4 +1,5 @@
 #include "studies/forward/forward_bench.h"
+#include "studies/forward/bandwidth.h"
 
 #include <sys/sysinfo.h>
 
@@ -7,7 +8,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "device/bandwidth.h"
 #include "studies/baseline/baseline_model.h"
 #include "studies/forward/comparison.h"
 #include "studies/forward/kernels.h"
@@ -48,7 +48,7 @@ class Bench {
     // The host's is not that of a card.
     copy_bandwidth_ = device == "reference"
                           ? host_copy_bandwidth()
-                          : device::measured_copy_bandwidth(device::Context::of(
+                          : measured_copy_bandwidth(device::Context::of(
                                 device::choose(device::list_devices(), device).index));
     head_ = {{"device", choice.solver->backend()},
              {"machine", {{"copy_bandwidth_bytes_per_second", copy_bandwidth_}}},
