@@ -9,8 +9,8 @@ the place of everything are those of tests/app/handwritten_session.py. The block
 faces; its voxels are constant, its phase function Henyey-Greenstein's.
 
 volpath cannot connect a point in the block to a light through smooth glass: walks find the light by chance.
-The projector's lens is therefore wide, a disk that fills a cone of 20 degrees about the normal. Its picture
-stands before the lit face as a slide, as of a projector focused on it. The slide's colours tell from which of the
+The projector's lens is therefore wide: a ring that fills a cone of 22 degrees about the normal but for its
+innermost 8, in which the camera would look through the block into the lens. Its picture stands before the lit face as a slide, as of a projector focused on it. The slide's colours tell from which of the
 projector's pixels a walk got its light, so that one rendering, a walk a pixel, serves every pattern. Walks that
 find the lens are counted: their noise is Poisson's. Exposures are so short that as many electrons as walks are
 collected, so that the noise in the pictures is the noise that the session states.
@@ -23,8 +23,7 @@ import sys
 import mitsuba as mi
 import numpy as np
 
-CONE = np.radians(20.0)
-CAMERA_DEGREES = 30.0  # from the normal: out of the lens's cone, or unscattered light would be seen
+CONE, STOP = np.radians((22.0, 8.0))
 FAR = 500.0  # mm from lens to block
 GAP = 2e-3  # mm between slide and face
 MARGIN = 120  # projector pixels of slide beyond the face: no light beside the block
@@ -42,8 +41,6 @@ def handwritten(folder):
     spec.loader.exec_module(rig)
     sys.argv = arguments
     rig.FOLDER, rig.BITS, rig.BLACK, rig.TOP, rig.READ = folder, 16, 1000.0, 65535, 0.5
-    rig.POINTS = 10  # corners as exact as the little noise stated
-    rig.BACK = rig.looking(54.0, CAMERA_DEGREES, rig.MIDDLE + [0, 0, rig.SIZE[2]], True)
     return rig
 
 
@@ -121,13 +118,16 @@ class Walks:
         self.rig = rig
         sensor, self.low, self.high = camera(rig, rig.BACK)
         picture, self.slide_low, self.slide_number = slide(rig)
-        radiance = float(1 / np.pi / np.sin(CONE) ** 2)  # irradiance 1 on the face
+        radiance = float(1 / np.pi / (np.sin(CONE) ** 2 - np.sin(STOP) ** 2))  # irradiance 1 on the face
         self.scene = mi.load_dict({
             "type": "scene", "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 1000000},
             "block": shape, "slide": picture, "camera": sensor,
             "lens": {"type": "disk", "to_world": mi.ScalarTransform4f()
                      .translate([*rig.MIDDLE[:2].tolist(), -FAR]).scale([FAR * np.tan(CONE)] * 3),
-                     "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}}}})
+                     "emitter": {"type": "area", "radiance": {"type": "rgb", "value": radiance}}},
+            "stop": {"type": "disk", "to_world": mi.ScalarTransform4f()
+                     .translate([*rig.MIDDLE[:2].tolist(), 1.0 - FAR]).scale([FAR * np.tan(STOP)] * 3),
+                     "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}})
 
     def radiance(self, images, passes, seed):
         """Under each picture of the projector [picture][v][u] in the camera's window, mean of `passes` pictures."""
@@ -183,10 +183,12 @@ def main():
         radiance.append(walks.radiance([p[2] for p in pictures], options.passes, 1000 * frame))
         print("frame", frame, "mean radiance", radiance[-1].mean(axis=(1, 2)), flush=True)
     radiance = np.array(radiance)
+    np.save(options.folder / "truth/radiance.npy", radiance.astype(np.float32))
     # Electrons for unit radiance, so that the variance over frames is the mean in electrons.
     electrons = radiance.mean() / radiance.var(axis=0, ddof=1).mean()
     exposure = float(electrons / rig.RESPONSIVITY / rig.ELECTRONS)
     low, high = walks.low, walks.high
+    chance = np.random.default_rng(2)
     patterns = []
     for number, (name, role, image) in enumerate(pictures):
         rig.write_png(rig.FOLDER / f"patterns/{name}.png", image, 8)
@@ -194,7 +196,8 @@ def main():
         for n in range(FRAMES):
             signal = np.zeros((rig.CAMERA[1], rig.CAMERA[0]))
             signal[low[1]:high[1], low[0]:high[0]] = electrons / rig.ELECTRONS * radiance[n, number]
-            codes = np.clip(np.rint(rig.BLACK + (rig.TOP - rig.BLACK) * signal), 0, rig.TOP)
+            # A walk is a few codes: rounded up or down by chance, or their mean would be off.
+            codes = np.clip(np.floor(rig.BLACK + (rig.TOP - rig.BLACK) * signal + chance.random(signal.shape)), 0, rig.TOP)
             frames.append({"file": f"frames/{name}_{n}.png", "exposure_s": exposure})
             rig.write_png(rig.FOLDER / frames[-1]["file"], codes, 16)
         patterns.append({"id": name, "image": f"patterns/{name}.png", "role": role, "frames": frames})
