@@ -2,7 +2,7 @@
 """A capture session whose photographs are Mitsuba 3's: a block of known volume, seen by another random walk.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy
-    nice venv/bin/python studies/references/mitsuba_photographs.py FOLDER [--g 0.8] [--samples 500] [--passes 4]
+    nice venv/bin/python studies/references/mitsuba_photographs.py FOLDER [--g 0.8] [--passes 16]
 
 Writes FOLDER/session and FOLDER/truth (kappa_Y.npy, mu_Y.npy [z][y][x], similarity-reduced). Boards, targets and
 the place of everything are those of tests/app/handwritten_session.py. The block has open, smooth dielectric
@@ -10,10 +10,11 @@ faces; its voxels are constant, its phase function Henyey-Greenstein's.
 
 volpath cannot connect a point in the block to a light through smooth glass: walks find the light by chance.
 The projector's lens is therefore wide: a ring that fills a cone of 22 degrees about the normal but for its
-innermost 8, in which the camera would look through the block into the lens. Its picture stands before the lit face as a slide, as of a projector focused on it. The slide's colours tell from which of the
-projector's pixels a walk got its light, so that one rendering, a walk a pixel, serves every pattern. Walks that
-find the lens are counted: their noise is Poisson's. Exposures are so short that as many electrons as walks are
-collected, so that the noise in the pictures is the noise that the session states.
+innermost 8, where the camera would look through the block into the lens. Its picture stands before the lit
+face as a slide, as of a projector focused on it. The slide's colours tell from which of the projector's pixels
+a walk got its light, so that one rendering, a walk a pixel, serves every pattern. Walks that find the lens are
+counted: their noise is Poisson's. Exposures are so short that as many electrons as walks are collected: the
+noise in the pictures is the noise that the session states.
 """
 import argparse
 import importlib.util
