@@ -100,8 +100,8 @@ void run_views(const Request& request, Progress& progress, const Save& save) {
 Subject views_subject() {
   return {"calibration",
           "Error of a camera calibration against the number of board views (docs/calibration.md)",
-          R"(  kappamu bench calibration -o out/            3 to 40 views, 60 runs each: minutes
-  kappamu bench calibration --quick -o out/    seconds
+          R"(  kappamu-studies calibration -o out/            3 to 40 views, 60 runs each: minutes
+  kappamu-studies calibration --quick -o out/    seconds
 
 Of the projection at the sample's distance over the whole frame and of the focal length,
 each against what the calibrations state themselves.)",

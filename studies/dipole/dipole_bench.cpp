@@ -145,7 +145,7 @@ void dipole_energy(const Request& /*request*/, Progress& progress, const Save& s
 Subject dipole_subject() {
   return {"dipole",
           "Cost and error of the dipole's hierarchy, form factors and profiles (docs/dipole.md)",
-          R"(  kappamu bench dipole -o out/
+          R"(  kappamu-studies dipole -o out/
 
 Times are medians of wall-clock and processor time over repetitions, by section
 hierarchy; a machine that is busy shows in the first, not in the second.)",

@@ -284,9 +284,9 @@ Subject forward_subject() {
   return {
       "forward",
       "Time and true error of every method that solves the diffusion equation",
-      R"(  kappamu bench forward -o out/bench                    all sections, about half an hour
-  kappamu bench forward -o out/bench --section peers    one
-  kappamu bench forward -o out/bench --quick            toy grids, seconds
+      R"(  kappamu-studies forward -o out/bench                    all sections, about half an hour
+  kappamu-studies forward -o out/bench --section peers    one
+  kappamu-studies forward -o out/bench --quick            toy grids, seconds
 
 seconds_per_rhs: median over repetitions of the solve of all patterns from zero, divided by
 their number, plus the set-up that a change of kappa and mu asks for, shared by the 16
