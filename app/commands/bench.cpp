@@ -23,15 +23,12 @@ struct Measurement {
 const std::vector<Measurement>& measurements() {
   static const std::vector<Measurement> all{
       {"solve",
-       "Solves of the block grid by every method here, and by hypre where it is installed: time "
-       "against true error",
+       "Solves of a block by every method here, and by hypre where it is there",
        {"forward", "--section", "headline", "peers"}},
       {"samples",
-       "Fits of the four samples of Wang et al. 2008 at their sizes; a quarter of an hour",
+       "Fits of the four samples of Wang et al. 2008; a quarter of an hour",
        {"inverse", "--section", "samples"}},
-      {"objects",
-       "Every model of objects beside Monte Carlo: time against error",
-       {"objects", "--section", "models"}}};
+      {"objects", "Every model of objects beside Monte Carlo", {"objects", "--section", "models"}}};
   return all;
 }
 
@@ -56,8 +53,9 @@ const std::vector<Measurement>& measurements() {
 }  // namespace
 
 void add_bench(CLI::App& app, Globals&) {
-  auto* command = app.add_subcommand("bench",
-                                     R"(Measure this machine: time against true error.
+  auto* command = app.add_subcommand(
+      "bench",
+      R"(Measure this machine: time against true error of solves, fits and models.
 
 Each takes -o FOLDER for its record, --small or --quick for smaller problems. `kappamu doctor
 --measure` measures what models of objects cost here. All other measurements of the documents are
