@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Charts and tables of the records that `kappamu bench` wrote.
+"""Charts and tables of the records that `kappamu-studies` wrote.
 
     studies/bench_charts.py FOLDER              draws FOLDER/<record>.png and writes FOLDER/<record>.md
     studies/bench_charts.py FOLDER PAGE.md...   also renews the pages: the text between `<!-- bench:<record> -->`
@@ -98,7 +98,7 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     drawn, texts = draw(folder)
     if not drawn and not texts:
-        raise SystemExit(f"bench_charts: {folder} holds no record; measure with `kappamu bench SUBJECT -o {folder}`")
+        raise SystemExit(f"bench_charts: {folder} holds no record; measure with `kappamu-studies SUBJECT -o {folder}`")
     for page in map(pathlib.Path, sys.argv[2:]):
         text = page.read_text()
         write(page, renewed(text, texts))

@@ -2,7 +2,7 @@
 // scattering: half-space, or slab of known thickness.
 //
 // A half-space's reflectance is diffusion's in closed form times a tabulated ratio, fitted to white
-// Monte Carlo runs (half_space_walk.h; `kappamu bench sfdi table` remakes the table). A slab's is
+// Monte Carlo runs (half_space_walk.h; `kappamu-studies sfdi table` remakes the table). A slab's is
 // the half-space's times diffusion's ratio of the two.
 #pragma once
 

@@ -246,7 +246,7 @@ void measure_slabs(const Request& request, Progress& progress, const Save& save)
 Subject slabs_subject() {
   return {"slabs",
           "Totals of measured slabs predicted by diffusion and by Monte Carlo (docs/validity.md)",
-          R"(  kappamu bench slabs --data ../shared/data/slab-rt-iad -o out/
+          R"(  kappamu-studies slabs --data ../shared/data/slab-rt-iad -o out/
 
 From coefficients that inverse adding-doubling found: median |predicted - measured| of
 total reflectance M_R and transmittance M_T, by file. The folder holds peer_iad.csv and

@@ -1,6 +1,6 @@
 // Laws of lateral reflectance: closed-form diffusion against the layered solver, the table against
 // white Monte Carlo runs at indices, anisotropies and seeds that it was not made from. Real
-// photographs are `kappamu bench sfdi`.
+// photographs are `kappamu-studies sfdi`.
 #include "forward/lateral/lateral_reflectance.h"
 
 #include <gtest/gtest.h>
