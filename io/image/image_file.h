@@ -1,5 +1,5 @@
-// Photographs and pictures: camera frames of 8 or 16 bit (PNG, TIFF, JPEG, BMP), linear EXR, and
-// the pictures of the report, through OpenImageIO. One channel is grey, three are R, G, B in that
+// Photographs and pictures: camera frames of 8 or 16 bit (PNG, TIFF, JPEG), linear EXR, and the
+// pictures of the report, through OpenImageIO. One channel is grey, three are R, G, B in that
 // order.
 #pragma once
 
@@ -38,12 +38,6 @@ bool is_float_image(const std::filesystem::path& file);
 /// colour correction taken out. Throws InputError naming the file, and the channels where none of
 /// them is light; for deep EXR, luminance/chroma EXR and cube maps.
 Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {});
-
-/// How many full pictures, neither previews nor masks, the pages of a TIFF hold, and one of them,
-/// from 0: codes or floats as stored. Throw InputError naming the file as read_code_image() does,
-/// and where there is no such page.
-std::size_t count_tiff_pages(const std::filesystem::path& file);
-Image<float> read_tiff_page(const std::filesystem::path& file, std::size_t page);
 
 /// PNG or TIFF by the file's extension (.png, .tif, .tiff), one or three channels, lossless.
 void write_image(const std::filesystem::path& file, const Image<std::uint8_t>& image);

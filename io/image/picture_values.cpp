@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
+#include "io/image/tiff_pages.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {

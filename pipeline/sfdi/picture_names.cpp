@@ -12,6 +12,7 @@
 #include "core/shown_text.h"
 #include "io/image/image_file.h"
 #include "io/image/image_limits.h"
+#include "io/image/tiff_pages.h"
 #include "io/mat_file.h"
 #include "io/npy.h"
 

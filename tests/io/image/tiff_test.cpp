@@ -8,6 +8,7 @@
 #include "io/image/image_file.h"
 #include "io/image/photo_settings.h"
 #include "io/image/raw_file.h"
+#include "io/image/tiff_pages.h"
 #include "tests/io/image/plain_exr.h"
 #include "tests/io/support.h"
 
