@@ -30,7 +30,7 @@ Image<float> light_of(const SurfaceMeasurements& m, int pattern) {
 /// The strongest wave of a picture, in a Hann window; nothing where it has none.
 std::optional<Carrier> strongest(const Image<float>& light) {
   const int width = light.width(), height = light.height();
-  constexpr int finer = 4;  // zeros around make the spectrum's samples as much closer
+  constexpr int finer = 8;  // zeros around make the spectrum's samples as much closer
   cv::Mat padded = cv::Mat::zeros(finer * height, finer * width, CV_64F);
   double mean = 0.0;
   for (const float value : light.values()) mean += value / static_cast<double>(light.size());

@@ -18,7 +18,7 @@ namespace kappamu::pipeline::sfdi {
 namespace {
 
 constexpr std::size_t extent = 64;
-constexpr double pixel = 0.3, per_mm = 0.2, full = 500.0;
+constexpr double step_mm = 0.3, wave_per_mm = 0.2, full = 500.0;
 constexpr double phantom_mua = 0.02, phantom_musp = 1.0, tissue_mua = 0.035, tissue_musp = 1.4;
 
 double reflectance(bool sample, double frequency) {
@@ -31,13 +31,13 @@ std::vector<float> picture(const std::function<double(double)>& of_x) {
   std::vector<float> values;
   for (std::size_t y = 0; y < extent; ++y) {
     for (std::size_t x = 0; x < extent; ++x) {
-      values.push_back(static_cast<float>(of_x(pixel * static_cast<double>(x))));
+      values.push_back(static_cast<float>(of_x(step_mm * static_cast<double>(x))));
     }
   }
   return values;
 }
 
-std::vector<float> lit(bool sample, double degrees, double frequency = per_mm) {
+std::vector<float> lit(bool sample, double degrees, double frequency = wave_per_mm) {
   const double even = full * reflectance(sample, 0.0);
   const double wave = frequency > 0.0 ? full * reflectance(sample, frequency) : 0.0;
   return picture([&](double x) {
@@ -172,10 +172,10 @@ TEST_F(SfdiFiles, DemodulatedPicturesAndRatiosNeedNoPhases) {
   for (const bool sample : {true, false}) {
     const std::string object = sample ? "tissue_" : "phantom_";
     write(object + "dc.npy", constant(full * reflectance(sample, 0.0)));
-    write(object + "ac.npy", constant(full * reflectance(sample, per_mm)));
+    write(object + "ac.npy", constant(full * reflectance(sample, wave_per_mm)));
   }
   write("ratio_dc.npy", constant(reflectance(true, 0.0) / reflectance(false, 0.0)));
-  write("ratio_ac.npy", constant(reflectance(true, per_mm) / reflectance(false, per_mm)));
+  write("ratio_ac.npy", constant(reflectance(true, wave_per_mm) / reflectance(false, wave_per_mm)));
   const auto two = [](const std::string& sample, const std::string& reference,
                       const std::string& content) {
     std::string text = R"("measurements": [)";
