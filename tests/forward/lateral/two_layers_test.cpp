@@ -118,22 +118,20 @@ TEST(MonteCarloTwoLayers, AgreeWithinTheStatedError) {
     LateralLayer upper, lower;
     double thickness;
   };
-  for (const Case& c : {Case{{0.3, 2.0}, {0.02, 1.5}, 0.1}, Case{{0.3, 2.0}, {0.02, 1.5}, 0.3},
-                        Case{{0.01, 1.0}, {0.1, 2.0}, 1.0}, Case{{0.05, 2.0}, {0.05, 0.7}, 0.5},
+  constexpr std::uint64_t photons = 60000;
+  for (const Case& c : {Case{{0.3, 2.0}, {0.02, 1.5}, 0.1}, Case{{0.01, 1.0}, {0.1, 2.0}, 1.0},
                         Case{{0.05, 0.7}, {0.05, 2.0}, 0.5}}) {
     LateralMedium medium{layers_index, layers_g, {}};
     medium.cover = LateralCover{c.upper, c.thickness};
     const LateralReflectance model(medium);
-    for (const double f : {0.0, 0.1, 0.25}) {
-      const Walked mc = walked(f, c.upper, c.lower, c.thickness, 400'000);
+    for (const double f : {0.0, 0.25}) {
+      const Walked mc = walked(f, c.upper, c.lower, c.thickness, photons);
       const double ours = model(f, c.lower.mua, c.lower.musp).reflectance;
       const double stated = model.relative_error(f, c.lower.mua, c.lower.musp);
       const double noise = mc.error / mc.reflectance;
-      std::printf(
-          "upper %g %g lower %g %g t %g f %g: MC %.4f +- %.2g %%, ours %+.2f %%, stated %.2f %%\n",
-          c.upper.mua, c.upper.musp, c.lower.mua, c.lower.musp, c.thickness, f, mc.reflectance,
-          100.0 * noise, 100.0 * (ours / mc.reflectance - 1.0), 100.0 * stated);
-      EXPECT_LT(std::abs(ours / mc.reflectance - 1.0), 2.0 * std::hypot(stated, noise) + 0.002);
+      EXPECT_LT(std::abs(ours / mc.reflectance - 1.0), 2.0 * std::hypot(stated, noise))
+          << "upper " << c.upper.mua << " " << c.upper.musp << " thickness " << c.thickness << " f "
+          << f << ": " << mc.reflectance << " " << ours;
     }
   }
 }
