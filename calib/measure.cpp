@@ -224,6 +224,12 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     }
   }
   values.tell(progress);
+  if (front_lit && !options.keep_lit &&
+      std::none_of(result.mask.begin(), result.mask.end(), [](std::uint8_t m) { return m != 0; })) {
+    progress.warn("every voxel of the seen face is lit under every pattern for " + role_name +
+                  ", and a fit by diffusion leaves lit voxels out: `kappamu map` measures them, by "
+                  "transport.");
+  }
   progress.update("measure " + role_name, 1.0, "done");
   validate(result, session.folder.string());
   return result;
