@@ -24,6 +24,7 @@ from charts.limits import LIMITS
 from charts.maps import map_pictures
 from charts.objects import automatic, estimates, invariances, object_costs, objects, pictures, refinement
 from charts.rig import calibration, hdr, rig
+from charts.sfdi import peer
 from charts.surfaces import form_factors, importance, polygrid_convergence, polygrid_frames, polygrid_quality
 
 
@@ -34,7 +35,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "inverse-voxels": voxels, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "inverse-coverage": coverage,
-            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
+            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr, "sfdi-peer": peer,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-estimate": estimates, "objects-picture": pictures, "objects-invariance": invariances,
