@@ -1,5 +1,6 @@
 #include "inverse/distributed/distributed_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -90,9 +91,12 @@ void PiecePath::open(int level) {
     finer =
         piece_refinement(grid, level > 0 ? &levels_[static_cast<std::size_t>(level) - 1] : nullptr);
   }
+  const Backend backend = as_loose_as_data(options_.solver.backend, grid);
   objective_ = std::make_unique<PieceObjective>(
-      grid, std::move(finer), options_.solver.backend, anchor,
+      grid, std::move(finer), backend, anchor,
       Regulariser{options_.regulariser.kind, options_.regulariser.edge_slope});
+  objective_->set_derivative_tolerance(
+      std::max(backend.solve.tolerance, defaults::grid_path::of_gradients));
   objective_->count(before);
   waves_ = std::make_shared<PieceWaves>(*grid.pieces);
   stage_ = {};
@@ -313,7 +317,7 @@ PieceFit PiecePath::run() {
   report.data = static_cast<std::size_t>(objective_->used());
   report.solves = objective_->solves();
   report.seconds = seconds();
-  return {objective_->fields(), objective_->prediction(), std::move(report)};
+  return {objective_->fields(), state_.own, objective_->prediction(), std::move(report)};
 }
 
 }  // namespace
@@ -322,6 +326,16 @@ PieceFit fit_pieces(const PieceGrid& data, const FitOptions& options,
                     const PathCheckpoint& checkpoint, Progress& progress,
                     const PieceContext& context) {
   return PiecePath(data, options, checkpoint, progress, context).run();
+}
+
+PieceScore score_pieces(const PieceGrid& validation, const CoefficientPair& own,
+                        const FitOptions& options) {
+  PieceObjective objective(validation, piece_refinement(validation, nullptr),
+                           options.solver.backend, {}, {});
+  PieceScore score;
+  score.chi2_per_value = objective.renew_correction(own);
+  score.prediction = objective.prediction();
+  return score;
 }
 
 }  // namespace kappamu::inverse::distributed

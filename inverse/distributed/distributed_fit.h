@@ -46,7 +46,8 @@ struct PieceContext {
 };
 
 struct PieceFit {
-  CoefficientPair fields;          ///< of the piece
+  CoefficientPair fields;          ///< of the piece, halo included
+  CoefficientPair own;             ///< of the rank's voxels
   std::vector<double> prediction;  ///< exitance on the piece's seen face [M][v][u]; 0 off its own
   FitReport report;
 };
@@ -57,8 +58,13 @@ PieceFit fit_pieces(const PieceGrid& data, const FitOptions& options,
                     const PathCheckpoint& checkpoint, Progress& progress,
                     const PieceContext& context = {});
 
-/// The exitance of a block with `fields` of the piece, [M][v][u] of its seen face.
-std::vector<double> predict_pieces(const PieceGrid& data, const CoefficientPair& fields,
-                                   const FitOptions& options);
+/// How a volume, of the rank's own voxels, predicts data that it was not fitted to, by a grid of
+/// split voxels (predict.h).
+struct PieceScore {
+  double chi2_per_value = 0.0;
+  std::vector<double> prediction;  ///< as PieceFit's
+};
+PieceScore score_pieces(const PieceGrid& validation, const CoefficientPair& own,
+                        const FitOptions& options);
 
 }  // namespace kappamu::inverse::distributed

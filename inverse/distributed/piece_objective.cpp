@@ -22,7 +22,8 @@ Backend with_pieces(Backend backend, const PieceGrid& grid,
   return backend;
 }
 
-/// As GridPath::open().
+}  // namespace
+
 Backend as_loose_as_data(Backend backend, const PieceGrid& grid) {
   using namespace defaults::grid_path;
   const Problem& problem = grid.problem;
@@ -40,15 +41,12 @@ Backend as_loose_as_data(Backend backend, const PieceGrid& grid) {
   return backend;
 }
 
-}  // namespace
-
 PieceObjective::PieceObjective(const PieceGrid& grid, PieceRefinement refinement, Backend backend,
                                const Anchor& anchor, const Regulariser& regulariser)
     : pieces_(grid.pieces),
       split_(std::move(refinement.pieces)),
       refinement_(std::move(refinement.refinement)),
-      objective_(grid.problem,
-                 with_pieces(as_loose_as_data(std::move(backend), grid), grid, split_)),
+      objective_(grid.problem, with_pieces(std::move(backend), grid, split_)),
       anchor_(anchor),
       regulariser_(regulariser),
       used_(pieces_->sum(static_cast<double>(objective_.problem().used()))) {

@@ -11,15 +11,21 @@
 
 namespace kappamu::inverse::distributed {
 
+/// As loose as the data allow: GridPath::open(). Collective.
+Backend as_loose_as_data(Backend backend, const PieceGrid& grid);
+
 /// Every call is collective but those that return what is kept. Fields and gradients are those of
 /// the rank's own voxels.
 class PieceObjective {
  public:
-  /// Corrected by `refinement`, or not. Solves are as loose as the data allow (grid_path.h).
+  /// Corrected by `refinement`, or not where that is empty.
   PieceObjective(const PieceGrid& grid, PieceRefinement refinement, Backend backend,
                  const Anchor& anchor, const Regulariser& regulariser);
 
   const BlockPieces& pieces() const { return *pieces_; }
+  void set_derivative_tolerance(double tolerance) {
+    objective_.set_derivative_tolerance(tolerance);
+  }
   void set_weight(double weight) { weight_ = weight; }
   double weight() const { return weight_; }
 
