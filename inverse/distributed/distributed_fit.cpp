@@ -25,6 +25,7 @@ struct PieceStage {
   std::unique_ptr<PieceFunction> function;
   OptimiserState optimiser;
   double chi2 = 0.0;
+  double corrected_chi2 = 0.0;  ///< where r was made
   int steps = 0, small_decreases = 0;
   bool ran_out = false;
 };
@@ -37,17 +38,20 @@ class PiecePath {
         checkpoint_(checkpoint),
         progress_(progress),
         context_(context),
-        levels_(piece_levels(data, options.data.coarse_model_error, options.path.max_levels)) {}
+        levels_(piece_levels(data, options.data.coarse_model_error, options.path.max_levels)),
+        closer_(closer_of(levels_, options.data.coarse_model_error)) {}
 
   PieceFit run();
 
  private:
   void begin();
   void begin_continued(const PieceContinuation& from);
-  void open(int level);
+  void open(int level, bool closer = false);
   void begin_grid(double weight);
   void begin_weight();
   void repeat_weight();
+  void update_correction();
+  bool correction_is_outdated() const;
   void minimise();
   Minimum settle();
   Outlook outlook(double chi2) const;
@@ -71,17 +75,19 @@ class PiecePath {
   Progress& progress_;
   const PieceContext& context_;
   std::vector<PieceGrid> levels_;
+  std::optional<PieceGrid> closer_;  ///< of level 1
   PathState state_;
   std::unique_ptr<PieceObjective> objective_;
   std::shared_ptr<const PieceWaves> waves_;
   PieceStage stage_;
   Stopwatch watch_;
   double seconds_before_ = 0.0;
+  double shared_error_ = 0.0;  ///< shared_error() of minimise.h
 };
 
-void PiecePath::open(int level) {
+void PiecePath::open(int level, bool closer) {
   const SolveCount before = objective_ ? objective_->solves() : state_.report.solves;
-  const PieceGrid& grid = levels_[static_cast<std::size_t>(level)];
+  const PieceGrid& grid = closer ? *closer_ : levels_[static_cast<std::size_t>(level)];
   FitReport& report = state_.report;
   const double thickness = grid.pieces->whole().thickness_mm();
   const Anchor anchor{std::log(report.homogeneous_kappa), std::log(report.homogeneous_mu),
@@ -101,6 +107,9 @@ void PiecePath::open(int level) {
   waves_ = std::make_shared<PieceWaves>(*grid.pieces);
   stage_ = {};
   state_.level = level;
+  state_.closer = closer;
+  shared_error_ = 0.5 * defaults::least_of_light * signal_square(grid);
+  if (!objective_->shares_errors()) shared_error_ = 0.0;
 }
 
 void PiecePath::begin_grid(double weight) {
@@ -167,16 +176,27 @@ void PiecePath::begin_weight() {
   stage_.function = std::make_unique<PieceFunction>(*objective_, *stage_.basis, by, stage_.begun);
   stage_.optimiser.z = stage_.function->coordinates(stage_.begun);
   start(*stage_.function, stage_.optimiser);
-  stage_.chi2 = objective_->chi2_per_value();
+  stage_.corrected_chi2 = stage_.chi2 = objective_->chi2_per_value();
   record();
 }
 
-void PiecePath::repeat_weight() {
+void PiecePath::update_correction() {
   stage_.optimiser.value = stage_.function->value(stage_.optimiser.z);
   stage_.optimiser.gradient = stage_.function->gradient();
-  stage_.chi2 = objective_->chi2_per_value();
-  stage_.small_decreases = stage_.steps = 0;
+  stage_.corrected_chi2 = stage_.chi2 = objective_->chi2_per_value();
+  stage_.small_decreases = 0;
+}
+
+void PiecePath::repeat_weight() {
+  update_correction();
+  stage_.steps = 0;
   record();
+}
+
+bool PiecePath::correction_is_outdated() const {
+  const double target = options_.path.target_chi2;
+  return options_.path.correct_grid && state_.level == 0 && stage_.chi2 <= target &&
+         stage_.corrected_chi2 > defaults::far_from_noise * target && objective_->shares_errors();
 }
 
 void PiecePath::minimise() {
@@ -192,8 +212,13 @@ void PiecePath::minimise() {
     ++stage_.steps;
     stage_.chi2 = objective_->chi2_per_value();
     const double after = stage_.optimiser.value;
-    stage_.small_decreases = before - after < least * after ? stage_.small_decreases + 1 : 0;
+    const bool small = before - after < std::max(least * after, shared_error_);
+    stage_.small_decreases = small ? stage_.small_decreases + 1 : 0;
     record();
+    if (correction_is_outdated()) {
+      objective_->renew_correction(stage_.function->fields(stage_.optimiser.z));
+      update_correction();
+    }
   }
   stage_.ran_out = out_of_steps() && !found();
 }
@@ -220,6 +245,9 @@ Outlook PiecePath::outlook(double chi2) const {
   };
   const auto by_fields = [&](double weight) { return basis_of(weight, stage_.blocks, 1.0, 0.0); };
   Outlook outlook{free_share(by_fields(state_.weight))};
+  outlook.tighter_end_gains =
+      shared_error_ < options_.path.stage_tolerance * stage_.optimiser.value;
+  outlook.excess = objective_->shared_errors().excess;
   const double next = state_.weight * options_.path.weight_factor;
   const Basis there = by_fields(next);
   const double gain = stage_.function->chi2_gain(there, next) / values;
@@ -284,7 +312,7 @@ PieceFit PiecePath::run() {
     state_ = std::move(*saved);
     seconds_before_ = state_.seconds;
     state_.report.resumed = true;
-    open(state_.level);
+    open(state_.level, state_.closer);
     objective_->renew_correction(state_.own);
   } else if (context_.continued) {
     begin_continued(*context_.continued);

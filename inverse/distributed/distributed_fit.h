@@ -16,7 +16,8 @@ namespace kappamu::inverse::distributed {
 
 /// Where a fit stands before a weight.
 struct PathState {
-  int level = 0;  ///< grid, 0 = finest
+  int level = 0;        ///< grid, 0 = finest
+  bool closer = false;  ///< GridLevels::closer()
   double weight = 0.0;
   bool last = false;  ///< that weight ends the fit
   PathEnd end = PathEnd::unknown;

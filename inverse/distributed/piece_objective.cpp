@@ -22,6 +22,11 @@ Backend with_pieces(Backend backend, const PieceGrid& grid,
   return backend;
 }
 
+Problem mean_held(Problem problem) {
+  if (problem.precision) problem.precision->hold_mean(true);
+  return problem;
+}
+
 }  // namespace
 
 Backend as_loose_as_data(Backend backend, const PieceGrid& grid) {
@@ -160,6 +165,7 @@ std::vector<CoefficientPair> PieceObjective::random_rows(int probes, std::uint64
         }
       }
     }
+    objective_.weigh_root(probe);
     rows.push_back(own_of(objective_.jacobian_transpose(probe)));
   }
   return rows;
@@ -171,6 +177,20 @@ double PieceObjective::renew_correction(const CoefficientPair& own) {
   // Solved at these very fields, so that no rank solves again.
   misfit_ = pieces_->sum(objective_.refresh_correction(refinement_, fields_));
   return chi2_per_value();
+}
+
+SharedErrors PieceObjective::shared_errors() const {
+  const Problem& problem = objective_.problem();
+  const std::vector<double> predicted = objective_.prediction();
+  SharedErrors found = inverse::shared_errors(problem, {}, predicted);
+  double light = 0.0, measured = 0.0;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (problem.weight[i] == 0.0) continue;
+    light += predicted[i];
+    measured += problem.data[i];
+  }
+  if (shares_errors()) found.mean = pieces_->sum(light) / pieces_->sum(measured) - 1.0;
+  return found;
 }
 
 void PieceObjective::count(const SolveCount& before) {

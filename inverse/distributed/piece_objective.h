@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "inverse/data_checks/shared_errors.h"
 #include "inverse/distributed/piece_problem.h"
 #include "inverse/regulariser/roughness.h"
 
@@ -42,6 +43,9 @@ class PieceObjective {
   /// r anew at these fields; χ² per value with it.
   double renew_correction(const CoefficientPair& own);
 
+  /// shared_errors() of all ranks, by the last prediction.
+  SharedErrors shared_errors() const;
+  bool shares_errors() const { return !objective_.problem().smooth_error.none(); }
   double chi2_per_value() const { return 2.0 * misfit_ / used_; }
   double roughness() const { return roughness_; }
   double used() const { return used_; }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "forward/distributed/plane_exchange.h"
 #include "forward/distributed/together.h"
 #include "inverse/defaults.h"
 
@@ -47,8 +48,7 @@ void add_share_of_maximum(const BlockPieces& pieces, double share, Problem& prob
   }
 }
 
-/// The whole problem on the first rank, averaged over factor × factor pixels; the other ranks'
-/// arrays mean nothing.
+/// The whole problem, averaged over factor × factor pixels.
 Problem averaged(const BlockPieces& pieces, const Problem& problem, int factor) {
   const GridShape& s = pieces.whole().shape;
   const auto coarse = [&](int n) { return (n + factor - 1) / factor; };
@@ -109,9 +109,73 @@ std::vector<double> own_maps(const BlockPieces& pieces, Face face, int patterns,
   return result;
 }
 
+/// Maps of a face of which each rank has its own pixels.
+class PieceMaps final : public SharedMaps {
+ public:
+  PieceMaps(const BlockPieces& pieces, Face face, int patterns)
+      : comm_(pieces.comm()), planes_(exchange(pieces, face, patterns)) {
+    const FaceShape shape = face_shape(pieces.piece().shape, face);
+    for (int m = 0; m < patterns; ++m) {
+      for_own_pixels(pieces, face, [&](std::size_t k, int, int) {
+        own_.push_back(static_cast<std::size_t>(m) * shape.cells() + k);
+      });
+    }
+  }
+
+  std::vector<double> whole(const std::vector<double>& part) const override {
+    std::vector<double> packed(own_.size());
+    for (std::size_t k = 0; k < own_.size(); ++k) packed[k] = part[own_[k]];
+    return planes_.whole(packed);
+  }
+  void take_part(const std::vector<double>& whole, std::vector<double>& part) const override {
+    const std::vector<double> packed = planes_.parts(whole);
+    std::fill(part.begin(), part.end(), 0.0);
+    for (std::size_t k = 0; k < own_.size(); ++k) part[own_[k]] = packed[k];
+  }
+  void sum(Eigen::MatrixXd& image) const override {
+    MPI_Allreduce(MPI_IN_PLACE, image.data(), static_cast<int>(image.size()), MPI_DOUBLE, MPI_SUM,
+                  comm_);
+  }
+
+ private:
+  static forward::distributed::PlaneExchange exchange(const BlockPieces& pieces, Face face,
+                                                      int patterns) {
+    const FaceShape whole = face_shape(pieces.whole().shape, face);
+    forward::distributed::Rectangle own{{whole.nu, whole.nv}, {0, 0}};
+    for_own_pixels(pieces, face, [&](std::size_t, int u, int v) {
+      own.begin = {std::min(own.begin[0], u), std::min(own.begin[1], v)};
+      own.end = {std::max(own.end[0], u + 1), std::max(own.end[1], v + 1)};
+    });
+    if (own.pixels() == 0) own = {};
+    return {pieces.comm(), own, whole.nu, whole.nv, patterns};
+  }
+
+  MPI_Comm comm_;
+  std::vector<std::size_t> own_;  ///< pixels of all patterns in the piece's maps
+  forward::distributed::PlaneExchange planes_;
+};
+
+/// As coarsen() and make_problem() do for a whole block.
+void share_errors(const BlockPieces& pieces, const SmoothError& error, Problem& problem) {
+  problem.smooth_error = error;
+  problem.precision.reset();
+  if (error.none()) return;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    squares += problem.weight[i] * problem.data[i] * problem.data[i];
+  }
+  const double used = pieces.sum(static_cast<double>(problem.used()));
+  const double signal = std::sqrt(pieces.sum(squares) / std::max(1.0, used));
+  problem.precision.emplace(
+      face_shape(pieces.whole().shape, problem.seen_face), problem.patterns, signal, error,
+      std::make_shared<PieceMaps>(pieces, problem.seen_face, problem.patterns));
+}
+
 /// The problem of the rank's own box alone, or back with a halo of nothing.
 Problem boxed(const BlockPieces& pieces, const Problem& problem, const Box& from, const Box& to) {
   Problem result = problem;
+  result.smooth_error = {};
+  result.precision.reset();
   GridShape& shape = result.setup.shape;
   shape = {to.extent(0), to.extent(1), to.extent(2), shape.voxel_mm};
   const auto move = [&](Face face, std::vector<double>& maps) {
@@ -140,12 +204,14 @@ Problem piece_problem(const BlockPieces& pieces, const SurfaceMeasurements& meas
   own(problem.setup.lit_face, problem.irradiance);
   own(problem.seen_face, problem.weight);
   add_share_of_maximum(pieces, error.of_maximum, problem);
+  share_errors(pieces, measured.smooth_error, problem);
   return problem;
 }
 
-Problem select_patterns(const Problem& problem, std::span<const int> patterns) {
-  Problem selected = problem;
-  selected.patterns = static_cast<int>(patterns.size());
+PieceGrid select_patterns(const PieceGrid& all, std::span<const int> patterns) {
+  const Problem& problem = all.problem;
+  PieceGrid selected = all;
+  selected.problem.patterns = static_cast<int>(patterns.size());
   const auto choose = [&](std::vector<double>& maps, std::size_t pixels) {
     std::vector<double> kept;
     for (const int m : patterns) {
@@ -154,11 +220,36 @@ Problem select_patterns(const Problem& problem, std::span<const int> patterns) {
     }
     maps = std::move(kept);
   };
-  choose(selected.irradiance, problem.lit_shape().cells());
-  choose(selected.data, problem.seen_shape().cells());
-  choose(selected.weight, problem.seen_shape().cells());
+  choose(selected.problem.irradiance, problem.lit_shape().cells());
+  choose(selected.problem.data, problem.seen_shape().cells());
+  choose(selected.problem.weight, problem.seen_shape().cells());
+  share_errors(*all.pieces, problem.smooth_error, selected.problem);
   return selected;
 }
+
+double signal_square(const PieceGrid& grid) {
+  const Problem& problem = grid.problem;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    squares += problem.weight[i] * problem.data[i] * problem.data[i];
+  }
+  return grid.pieces->sum(squares);
+}
+
+namespace {
+
+PieceGrid coarser_grid(const PieceGrid& fine, const ModelError& error) {
+  const auto& [pieces, problem] = fine;
+  const std::shared_ptr<const BlockPieces> coarser = pieces->coarser();
+  const Problem own =
+      coarsen(boxed(*pieces, problem, pieces->held(), pieces->owned()), {error.relative, 0.0});
+  PieceGrid coarse{coarser, boxed(*coarser, own, coarser->owned(), coarser->held())};
+  add_share_of_maximum(*coarser, error.of_maximum, coarse.problem);
+  share_errors(*coarser, problem.smooth_error, coarse.problem);
+  return coarse;
+}
+
+}  // namespace
 
 std::vector<PieceGrid> piece_levels(PieceGrid finest, const ModelError& coarse_model_error,
                                     int most) {
@@ -166,18 +257,25 @@ std::vector<PieceGrid> piece_levels(PieceGrid finest, const ModelError& coarse_m
   std::vector<PieceGrid> levels;
   levels.push_back(std::move(finest));
   while (static_cast<int>(levels.size()) < most) {
-    const auto& [pieces, problem] = levels.back();
-    const GridShape& s = pieces->whole().shape;
-    if (pieces->halvings() == 0 || std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
-    const std::shared_ptr<const BlockPieces> coarser = pieces->coarser();
-    const Problem own = coarsen(boxed(*pieces, problem, pieces->held(), pieces->owned()),
-                                {coarse_model_error.relative, 0.0});
-    Problem coarse = boxed(*coarser, own, coarser->owned(), coarser->held());
-    add_share_of_maximum(*coarser, coarse_model_error.of_maximum, coarse);
-    if (pieces->sum(static_cast<double>(coarse.used())) < fewest_data) break;
-    levels.push_back({coarser, std::move(coarse)});
+    const BlockPieces& pieces = *levels.back().pieces;
+    const GridShape& s = pieces.whole().shape;
+    if (pieces.halvings() == 0 || std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
+    PieceGrid coarse = coarser_grid(levels.back(), coarse_model_error);
+    if (pieces.sum(static_cast<double>(coarse.problem.used())) < fewest_data) break;
+    levels.push_back(std::move(coarse));
   }
   return levels;
+}
+
+std::optional<PieceGrid> closer_of(const std::vector<PieceGrid>& levels,
+                                   const ModelError& coarse_model_error) {
+  using namespace defaults::grid_levels;
+  const auto& [relative, of_maximum] = coarse_model_error;
+  if (levels.size() <= 2 || levels.front().problem.smooth_error.none() ||
+      relative + of_maximum == 0.0) {
+    return std::nullopt;
+  }
+  return coarser_grid(levels.front(), {closer_share * relative, closer_share * of_maximum});
 }
 
 PieceRefinement piece_refinement(const PieceGrid& coarse, const PieceGrid* finer) {
@@ -223,16 +321,19 @@ CoefficientPair to_finer(const CoefficientPair& own, const BlockPieces& coarse,
   return {finer_field(own.log_kappa), finer_field(own.log_mu)};
 }
 
-HomogeneousFit find_start(const PieceGrid& grid) {
-  const auto& [shared_pieces, problem] = grid;
-  const BlockPieces& pieces = *shared_pieces;
+Problem whole_problem(const PieceGrid& grid) {
   constexpr double most_data = 1 << 22;
   const double data =
-      static_cast<double>(problem.patterns) *
-      static_cast<double>(face_shape(pieces.whole().shape, problem.seen_face).cells());
+      static_cast<double>(grid.problem.patterns) *
+      static_cast<double>(face_shape(grid.pieces->whole().shape, grid.problem.seen_face).cells());
   int factor = 1;
   while (data / (factor * factor) > most_data) factor *= 2;
-  const Problem whole = averaged(pieces, problem, factor);
+  return averaged(*grid.pieces, grid.problem, factor);
+}
+
+HomogeneousFit find_start(const PieceGrid& grid) {
+  const BlockPieces& pieces = *grid.pieces;
+  const Problem whole = whole_problem(grid);
   HomogeneousFit start;
   forward::distributed::on_first(pieces.comm(), [&] { start = find_homogeneous(whole); });
   std::array<double, 4> numbers{start.kappa, start.mu, start.log_residual,

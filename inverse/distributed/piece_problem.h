@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -21,16 +22,22 @@ struct PieceGrid {
   Problem problem;
 };
 
-/// The piece's part of a problem: one channel's data, with the weights of make_problem().
-/// `measured` has one channel, the piece's grid and arrays, and no smooth_error.
+/// The piece's part of a problem: one channel's data, with the weights of make_problem(); errors
+/// that pixels share are those of the whole face. `measured` has one channel, the piece's grid and
+/// arrays.
 Problem piece_problem(const BlockPieces& pieces, const SurfaceMeasurements& measured,
                       forward::Convention convention, const ModelError& error);
 /// Those patterns alone.
-Problem select_patterns(const Problem& problem, std::span<const int> patterns);
+PieceGrid select_patterns(const PieceGrid& all, std::span<const int> patterns);
+/// Σ w d² over all ranks.
+double signal_square(const PieceGrid& grid);
 
 /// The grids of GridLevels, as far as BlockPieces::halvings() go; at most `most`.
 std::vector<PieceGrid> piece_levels(PieceGrid finest, const ModelError& coarse_model_error,
                                     int most);
+/// GridLevels::closer() of those; empty where that is null.
+std::optional<PieceGrid> closer_of(const std::vector<PieceGrid>& levels,
+                                   const ModelError& coarse_model_error);
 
 /// A finer grid for the correction r, cut as `coarse` is: `finer`'s, or without one coarse's own
 /// with every voxel split.
@@ -47,6 +54,8 @@ CoefficientPair to_finer(const CoefficientPair& own, const BlockPieces& coarse,
 /// find_homogeneous() of the whole block, on the first rank alone and from data averaged over 2^n
 /// pixels where there are many. Throws InputError on all ranks.
 HomogeneousFit find_start(const PieceGrid& grid);
+/// The data that start is found by, the same on all ranks.
+Problem whole_problem(const PieceGrid& grid);
 
 /// The numbers that each rank's own voxels or pixels have among those of all ranks: what `share` of
 /// `values` of all ranks is below; 0 where there are none.
