@@ -140,6 +140,7 @@ void PiecePath::begin() {
 void PiecePath::begin_continued(const PieceContinuation& from) {
   FitReport& report = state_.report;
   report = from.report;
+  seconds_before_ = report.seconds;
   state_.own = from.own;
   open(0);
   begin_grid(weight_going_on(options_.path, report.weight));
