@@ -84,6 +84,7 @@ void run_edit(const EditOptions& options, const Globals& globals) {
     open_volume(options, opened);
   }
   apply(recipe, options.recipe, opened.edited->history(), warnings);
+  if (opened.scene) opened.edited->require_body();
   const std::vector<std::string> files =
       write_edited(*opened.edited, opened.source, options.out, "edit", {options.recipe});
   for (const std::string& warning : warnings) progress->warn(warning);

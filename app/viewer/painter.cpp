@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "render/embree_caster.h"
 
 namespace kappamu::app {
 
@@ -35,8 +36,11 @@ render::EditedObject& Painter::edited(std::size_t object) {
   if (!edited) {
     const render::WorldObject& made = world_.objects()[object];
     const auto folder = folders_.find(object);
+    Shape& shape = shapes_[object];
+    shape.mesh = render::deformed(made.rest, scene_.objects[object].deform);
+    shape.rays = render::make_embree_caster(shape.mesh);
     edited = std::make_unique<render::EditedObject>(
-        scene_.objects[object], made.rest, made.mesh, *made.rays,
+        scene_.objects[object], made.rest, shape.mesh, *shape.rays,
         folder == folders_.end() ? std::nullopt : folder->second.voxel_mm());
   }
   return *edited;
@@ -116,6 +120,7 @@ void Painter::commit(std::size_t object) {
 }
 
 void Painter::noted(std::size_t object) {
+  deformed_.reset();
   done_.push_back(object);
   undone_.clear();
   changed(object);
@@ -153,7 +158,29 @@ bool Painter::change_list(const std::function<std::size_t(render::EditHistory&)>
   return voxels > 0;
 }
 
+std::vector<render::Deformation> Painter::deformations(std::size_t object) const {
+  return made(object) == nullptr ? scene_.objects[object].deform
+                                 : made(object)->history().deformations();
+}
+
+void Painter::deform(std::size_t object, const std::vector<render::Deformation>& deformations) {
+  cancel();
+  render::EditHistory& history = edited(object).history();
+  history.set_list(
+      render::with_deformations(history.list(), scene_.objects[object].deform, deformations));
+  in_hand_ = object;
+  noted(object);
+  deformed_ = object;
+}
+
+void Painter::take_back_shape() {
+  if (!deformed_ || done_.empty() || done_.back() != *deformed_) return;
+  undo();
+  undone_.pop_back();
+}
+
 bool Painter::undo() {
+  deformed_.reset();
   cancel();
   if (done_.empty()) return false;
   const std::size_t object = done_.back();

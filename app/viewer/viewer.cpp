@@ -76,7 +76,7 @@ class Viewer {
         player_(options),
         live_(live),
         editing_(scene, live.world(), options, [this] { ask(); }),
-        shaping_(scene, live.world()),
+        shaping_(live.world(), editing_.painter()),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),

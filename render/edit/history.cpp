@@ -59,6 +59,7 @@ Quantity operated(const Edit& edit, double a, const Quantity& v) {
       return {(1.0 - edit.share) * v.value + edit.share * a, (1.0 - edit.share) * v.deviation};
     case Operation::copy:
     case Operation::surface:
+    case Operation::deform:
       break;
   }
   return v;
@@ -113,7 +114,7 @@ class Editing {
   VoxelDifference difference() {
     VoxelDifference result;
     result.channels.resize(set_.channels.size());
-    if (edit_.operation == Operation::surface) return result;
+    if (!edit_.of_medium()) return result;
     const std::vector<SelectedVoxel> selected = select(edit_.where, set_.shape(), body_);
     for (std::size_t place = 0; place < places_.size(); ++place) {
       const std::size_t c = places_[place];
@@ -273,13 +274,32 @@ std::size_t EditHistory::apply(const std::shared_ptr<const Edit>& edit, std::vec
   Step step{edit, {}, volume_.eta};
   std::size_t changed = 0;
   if (!edit->off) {
+    if (edit->operation == Operation::deform && shapes_ == nullptr) {
+      throw InputError("it deforms an object, and there is none; edit a scene's object");
+    }
     refine_for(*edit);
-    step.difference = difference_of(*edit, volume_, body_);
+    step.difference = difference_of(*edit, volume_, body_for(*edit));
     changed = put(step.difference, &VoxelDifference::Change::after);
     if (edit->eta) volume_.eta = edit->eta;  // put() counts this as well
   }
   to.push_back(std::move(step));
   return changed;
+}
+
+std::vector<Deformation> EditHistory::deformations() const {
+  std::vector<Deformation> all;
+  if (shapes_ != nullptr) all = shapes_->unedited();
+  for (const std::vector<Step>* steps : {&steps_, &trial_}) {
+    for (const Step& step : *steps) step.edit->deform_on(all);
+  }
+  return all;
+}
+
+/// Of the shape that the edits so far have left.
+const EditedBody* EditHistory::body_for(const Edit& edit) const {
+  if (shapes_ == nullptr || body_ == nullptr || !edit.of_object()) return body_;
+  const std::vector<Deformation> now = deformations();
+  return now == shapes_->unedited() ? body_ : shapes_->body_of(now);
 }
 
 std::size_t EditHistory::take_back(std::vector<Step>& from) {
@@ -402,6 +422,51 @@ Recipe EditHistory::recipe() const {
   return recipe;
 }
 
+EditList with_deformations(EditList list, const std::vector<Deformation>& unedited,
+                           const std::vector<Deformation>& wanted) {
+  const auto begins_with = [&](const std::vector<Deformation>& first) {
+    return wanted.size() >= first.size() && std::equal(first.begin(), first.end(), wanted.begin());
+  };
+  std::vector<Deformation> before = unedited;
+  const auto instead =
+      std::find_if(list.begin(), list.end(), [](const auto& edit) { return edit->instead; });
+  if (instead != list.end() && !(*instead)->off) before = (*instead)->deformations;
+  const bool goes_on = begins_with(before);
+  auto next = wanted.begin() + static_cast<std::ptrdiff_t>(goes_on ? before.size() : 0);
+  const auto edit_of = [](std::vector<Deformation> deformations, bool all) {
+    Edit edit;
+    edit.operation = Operation::deform;
+    edit.deformations = std::move(deformations);
+    edit.instead = all;
+    return std::make_shared<const Edit>(std::move(edit));
+  };
+  EditList result;
+  bool stated = goes_on;
+  for (const auto& edit : list) {
+    if (edit->operation != Operation::deform || edit->off || (edit->instead && goes_on)) {
+      result.push_back(edit);
+      continue;
+    }
+    if (!stated) {
+      result.push_back(edit_of({next, wanted.end()}, true));
+      next = wanted.end();
+      stated = true;
+      continue;
+    }
+    const auto left = static_cast<std::size_t>(wanted.end() - next);
+    const auto end = next + static_cast<std::ptrdiff_t>(std::min(left, edit->deformations.size()));
+    const std::vector<Deformation> these(next, end);
+    if (!these.empty()) {
+      result.push_back(these == edit->deformations ? edit : edit_of(these, false));
+    }
+    next = end;
+  }
+  if (!stated) result.push_back(edit_of({next, wanted.end()}, true));
+  if (!stated) next = wanted.end();
+  for (; next != wanted.end(); ++next) result.push_back(edit_of({*next}, false));
+  return result;
+}
+
 void apply(const Recipe& recipe, const std::string& origin, EditHistory& history,
            std::vector<std::string>& warnings) {
   EditList list = history.list();
@@ -411,7 +476,7 @@ void apply(const Recipe& recipe, const std::string& origin, EditHistory& history
     list.push_back(std::make_shared<const Edit>(edit));
     try {
       const std::size_t changed = history.set_list(list);
-      if (changed == 0 && !edit.off && edit.operation != Operation::surface) {
+      if (changed == 0 && !edit.off && edit.of_medium()) {
         warnings.push_back(name + " changes no voxel");
       }
     } catch (const InputError& error) {

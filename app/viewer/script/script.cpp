@@ -10,7 +10,7 @@
 #include "io/json_node.h"
 #include "io/read_file.h"
 #include "io/text_stream.h"
-#include "render/scene/node_values.h"
+#include "render/deform/deform_file.h"
 
 namespace kappamu::app::script {
 
