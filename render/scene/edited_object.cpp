@@ -26,7 +26,9 @@ EditedObject::EditedObject(const SceneObject& object, const TriangleMesh& rest,
                            const TriangleMesh& mesh, const RayCaster& rays,
                            std::optional<double> voxel_mm)
     : object_(object), rest_(&rest), mesh_(&mesh), rays_(&rays), voxel_mm_(voxel_mm) {
-  if (object.deform != object.deform_unedited) {
+  if (!object.edits) {
+    object_.deform_unedited = object.deform;
+  } else if (object.deform != object.deform_unedited) {
     unedited_ = deformed(rest, object.deform_unedited);
     at_unedited_ = make_embree_caster(unedited_);
     mesh_ = &unedited_;

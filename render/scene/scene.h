@@ -80,9 +80,9 @@ struct SceneObject {
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;
-  /// Of the mesh that the fields above make, in this order, those of the edits with them; and
-  /// without.
-  std::vector<Deformation> deform, deform_unedited;
+  std::vector<Deformation> deform;  ///< of the mesh that the fields above make, in this order
+  /// Of an object with `edits`: its deformations before those of the edits.
+  std::vector<Deformation> deform_unedited;
   int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
   std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
 };
