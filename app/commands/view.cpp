@@ -161,8 +161,8 @@ SCENE is what `kappamu render` takes; of a RUN it is the measured block between 
 F1 in the window lists keys and mouse. A coarse picture comes first and sharpens while nothing
 moves, up to the tolerance. The window states model, error and what it computes.
 
-Seen is the light that diffusion lets out; reflections and single scattering are in
-`kappamu render` alone.
+While anything moves, reflections and light scattered once are drawn in approximation. At rest
+the picture is traced as `kappamu render` does it, ray by ray, until something moves again.
 
 Edits change any object's kappa and mu, or colour and mean free path: under a brush's stroke
 down to a depth, in a box, a layer, below an image thrown from the view or laid on a face, or
