@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/viewer/answers.h"
-#include "app/viewer/display.h"
+#include "app/viewer/drawing/display.h"
 #include "app/viewer/editing.h"
 #include "app/viewer/hand/mouse.h"
 #include "app/viewer/hand/strokes.h"

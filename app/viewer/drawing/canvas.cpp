@@ -1,4 +1,4 @@
-#include "app/viewer/canvas.h"
+#include "app/viewer/drawing/canvas.h"
 
 #include <epoxy/gl.h>
 
@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "app/viewer/shaders.h"
+#include "app/viewer/drawing/shaders.h"
 #include "core/error.h"
 
 namespace kappamu::app {

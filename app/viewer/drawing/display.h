@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/viewer/answers.h"
-#include "app/viewer/canvas.h"
+#include "app/viewer/drawing/canvas.h"
 #include "app/viewer/view_state.h"
 
 namespace kappamu::app {

@@ -1,4 +1,4 @@
-#include "app/viewer/display.h"
+#include "app/viewer/drawing/display.h"
 
 #include <algorithm>
 #include <variant>
