@@ -120,7 +120,6 @@ void Painter::commit(std::size_t object) {
 }
 
 void Painter::noted(std::size_t object) {
-  deformed_.reset();
   done_.push_back(object);
   undone_.clear();
   changed(object);
@@ -170,17 +169,15 @@ void Painter::deform(std::size_t object, const std::vector<render::Deformation>&
       render::with_deformations(history.list(), scene_.objects[object].deform, deformations));
   in_hand_ = object;
   noted(object);
-  deformed_ = object;
 }
 
-void Painter::take_back_shape() {
-  if (!deformed_ || done_.empty() || done_.back() != *deformed_) return;
-  undo();
+bool Painter::take_back_shape() {
+  if (!undo()) return false;
   undone_.pop_back();
+  return true;
 }
 
 bool Painter::undo() {
-  deformed_.reset();
   cancel();
   if (done_.empty()) return false;
   const std::size_t object = done_.back();

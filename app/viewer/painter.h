@@ -94,8 +94,9 @@ class Painter {
   std::vector<render::Deformation> deformations(std::size_t object) const;
   /// Edits the object so that it has these: one state.
   void deform(std::size_t object, const std::vector<render::Deformation>& deformations);
-  /// The last deform() made a shape that no body has: it is undone, and cannot be redone.
-  void take_back_shape();
+  /// The last edit made a shape that no body has: it is undone, and cannot be redone. Whether there
+  /// was one.
+  bool take_back_shape();
 
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }
@@ -144,7 +145,6 @@ class Painter {
   bool keeps_unsaved_ = false;
   std::vector<std::size_t> done_, undone_;  ///< objects, edit by edit
 
-  std::optional<std::size_t> deformed_;  ///< by the last edit
   std::optional<std::size_t> stroked_, tried_;
   bool stroke_changes_ = false;
   render::Stroke stroke_;

@@ -105,8 +105,7 @@ void Shaping::take(const render::LiveAnswer& answer) {
   note_ = answer.shape_refused + "; the stroke is undone";
   stroke_.reset();
   moving_.reset();
-  painter_.take_back_shape();
-  changed_ = true;
+  changed_ = painter_.take_back_shape();
 }
 
 }  // namespace kappamu::app

@@ -278,6 +278,8 @@ std::size_t EditHistory::apply(const std::shared_ptr<const Edit>& edit, std::vec
       throw InputError("it deforms an object, and there is none; edit a scene's object");
     }
     refine_for(*edit);
+  }
+  if (!edit->off && edit->operation != Operation::deform) {
     step.difference = difference_of(*edit, volume_, body_for(*edit));
     changed = put(step.difference, &VoxelDifference::Change::after);
     if (edit->eta) volume_.eta = edit->eta;  // put() counts this as well
@@ -305,6 +307,7 @@ const EditedBody* EditHistory::body_for(const Edit& edit) const {
 std::size_t EditHistory::take_back(std::vector<Step>& from) {
   const Step step = std::move(from.back());
   from.pop_back();
+  if (step.edit->operation == Operation::deform) return 0;
   volume_.eta = step.eta_before;
   return put(step.difference, &VoxelDifference::Change::before);
 }
