@@ -49,7 +49,7 @@ layout(location = 7) in vec3 arriving1;
 layout(location = 8) in vec3 arriving2;
 layout(location = 9) in vec3 arriving3;
 uniform mat4 clip_from_world;
-out vec3 at, facing, out_flow, in_flow, once, arriving[4];
+centroid out vec3 at, facing, out_flow, in_flow, once, arriving[4];
 flat out int which;
 void main() {
   at = position; facing = normal; out_flow = outflow; in_flow = entering; once = albedo;
@@ -61,7 +61,7 @@ void main() {
 )";
 
 inline constexpr const char* surface_fragment = R"(
-in vec3 at, facing, out_flow, in_flow, once, arriving[4];
+centroid in vec3 at, facing, out_flow, in_flow, once, arriving[4];
 flat in int which;
 uniform vec3 eye;
 uniform bool lit;
@@ -83,6 +83,11 @@ void main() {
   vec4 surface = texelFetch(objects, ivec2(0, which), 0);
   float eta = surface.x, alpha = surface.w;
   vec3 normal = normalize(facing), view = normalize(eye - at);
+  // As the picture's rays do: where the smooth normal turns away, the triangle's is used.
+  if (dot(normal, view) < 0.02) {
+    normal = normalize(cross(dFdx(at), dFdy(at)));
+    if (dot(normal, view) < 0.0) normal = -normal;
+  }
   float c = clamp(dot(normal, view), 1e-3, 1.0);
   if (!lit) { colour = shown(vec3(0.05 + 0.25 * c) / exposure); return; }
   float inside = inside_of(c, eta);
