@@ -80,7 +80,9 @@ struct SceneObject {
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;
-  std::vector<Deformation> deform;     ///< of the mesh that the fields above make, in this order
+  std::vector<Deformation> deform;  ///< of the mesh that the fields above make, in this order
+  /// Of an object with `edits`: its deformations before those of the edits.
+  std::vector<Deformation> deform_unedited;
   int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
   std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
 };
@@ -146,6 +148,8 @@ struct Camera {
   Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
   double fov_deg = 30.0;  ///< of the film's height
+
+  bool operator==(const Camera&) const = default;
 };
 
 struct Film {

@@ -6,6 +6,8 @@
 #include "core/error.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
+#include "render/deform/deform_file.h"
+#include "render/edit/edit.h"
 #include "render/scene/material_read.h"
 #include "render/scene/node_values.h"
 #include "render/scene/scene.h"
@@ -71,6 +73,10 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   if (node.has("fur")) object.fur = read_fur(node["fur"]);
   if (node.has("deform")) object.deform = read_deformations(node["deform"]);
+  object.deform_unedited = object.deform;
+  if (object.edits) {
+    for (const Edit& edit : read_recipe(*object.edits).edits) edit.deform_on(object.deform);
+  }
   return object;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
@@ -92,6 +93,87 @@ TEST_F(ViewCommand, ScriptsDeformObjects) {
   EXPECT_THAT(viewed("deform cone some.json\n").standard_error,
               testing::HasSubstr("there is no object 'cone'"));
 }
+
+/// A deformation is an edit: saved in the recipe, undone and redone, and made again by the command
+/// line to the last byte, in a scene that `kappamu render` takes.
+TEST_F(ViewCommand, ShapesAreEdits) {
+  const std::string edits = " --edits " + path("edited");
+  const auto recipe = [&] { return json::parse(io::read_text(folder() / "edited/recipe.json")); };
+  const ProcessResult first = view(
+      "drag pull 48 32 52 30 6\nundo\nredo\nbrush multiply mu 20 3 3\npaint 48 20 48 24\nsave\n",
+      edits);
+  if (first.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << first.standard_error;
+  }
+  ASSERT_EQ(first.exit_code, 0) << first.standard_error;
+  ASSERT_EQ(recipe()["edits"].size(), 2U);
+  EXPECT_EQ(recipe()["edits"][0]["operation"], "deform");
+  EXPECT_EQ(recipe()["edits"][0]["deform"][0]["kind"], "pull");
+  ASSERT_EQ(kappamu("edit " + path("scene.json") + " --recipe " + path("edited/recipe.json") +
+                    " -o " + path("again"))
+                .exit_code,
+            0);
+  for (const char* file : {"scene.json", "volume.vdb", "recipe.json"}) {
+    EXPECT_EQ(io::read_text(folder() / "again" / file), io::read_text(folder() / "edited" / file))
+        << file;
+  }
+  EXPECT_EQ(json::parse(io::read_text(folder() / "edited/scene.json"))["objects"][0]["deform"],
+            recipe()["edits"][0]["deform"]);
+  // The next window continues from it, and can take it back.
+  ASSERT_EQ(view("undo\nundo\nsave\n", edits).exit_code, 0);
+  EXPECT_TRUE(recipe()["edits"].empty());
+  EXPECT_FALSE(
+      json::parse(io::read_text(folder() / "edited/scene.json"))["objects"][0].contains("deform"));
+}
+
+/// Shipped scenes, coarsely: at rest the window's picture is that of `kappamu render`, but for what
+/// both state of their exitance and for noise. Both draw the same rays.
+class ViewAsRender : public ViewCommand, public testing::WithParamInterface<const char*> {};
+
+TEST_P(ViewAsRender, ShowsTheSamePicture) {
+  json scene =
+      json::parse(io::read_text(KAPPAMU_SOURCE_DIR "/scenes/" + std::string(GetParam()) + ".json"));
+  for (json& object : scene["objects"]) {
+    if (!object.contains("mesh")) continue;
+    object["mesh"] = KAPPAMU_SOURCE_DIR "/scenes/" + object["mesh"].get<std::string>();
+  }
+  scene["film"] = {{"width", 80}, {"height", 60}, {"samples", 16}, {"exposure", 1.5}};
+  scene["model"] = {{"name", "polygrid"}, {"tolerance", 0.1}};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const ProcessResult viewed = view("panel off\nscreenshot seen.png\nquit\n");
+  if (viewed.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << viewed.standard_error;
+  }
+  ASSERT_EQ(viewed.exit_code, 0) << viewed.standard_error;
+  ASSERT_EQ(kappamu("render " + path("scene.json") + " -o " + path("out")).exit_code, 0);
+  const json window = json::parse(last_line(viewed.standard_output)),
+             render = json::parse(io::read_text(folder() / "out/summary.json"));
+  double stated =
+      std::hypot(window["error_estimate"].get<double>(),
+                 window["model_error"].is_null() ? 0.0 : window["model_error"].get<double>());
+  for (const json& object : render["objects"]) {
+    for (const json& channel : object["channels"]) {
+      stated = std::max(stated, channel["error"].get<double>());
+    }
+  }
+  const Image<std::uint16_t> seen = io::read_code_image(folder() / "seen.png"),
+                             drawn = io::read_code_image(folder() / "out/picture.png");
+  ASSERT_TRUE(seen.same_shape(drawn));
+  double difference = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const double one = render::srgb_decoded(seen.values()[i] / 255.0),
+                 other = render::srgb_decoded(drawn.values()[i] / 255.0);
+    difference += std::abs(one - other);
+    all += other;
+  }
+  RecordProperty("difference", std::to_string(difference / all));
+  RecordProperty("stated", std::to_string(stated));
+  EXPECT_GT(all, 0.0);
+  EXPECT_LT(difference, stated * all) << GetParam();
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ViewAsRender,
+                         testing::Values("bob-back-lit", "spot-milk", "spot-wax", "bump", "ring"));
 
 /// Of a run: the photographs of its patterns, beside what the volume predicts.
 TEST_F(ViewCommand, ShowsARunsPhotographs) {
