@@ -12,7 +12,7 @@
 namespace kappamu::app {
 
 /// What dragging with the left button does.
-enum class Tool { orbit, brush, shape };
+enum class Tool { orbit, brush, shape, fur };
 
 /// A slice through a volume.
 struct Slice {

@@ -14,6 +14,8 @@
 #include "app/viewer/answers.h"
 #include "app/viewer/drawing/display.h"
 #include "app/viewer/editing.h"
+#include "app/viewer/fur/fur_group.h"
+#include "app/viewer/fur/fur_hand.h"
 #include "app/viewer/hand/mouse.h"
 #include "app/viewer/hand/strokes.h"
 #include "app/viewer/interrupt.h"
@@ -83,6 +85,7 @@ class Viewer {
         window_(options.width, options.height,
                 options.script ? WindowKind::hidden : WindowKind::shown),
         display_(live.world()),
+        fur_(scene, live.world()),
         samples_(scene.film.samples),
         answers_(live, [] { glfwPostEmptyEvent(); }) {
     if (options.run) photographs_.emplace(*options.run);
@@ -99,6 +102,12 @@ class Viewer {
     groups_.push_back(edit_group(editing_.painter()));
     groups_.push_back(material_group(editing_.painter()));
     groups_.push_back(model_group(render::live_models(live.world())));
+    if (fur_.any()) {
+      fur_canvas_.emplace();
+      display_.show_fur(*fur_canvas_, fur_);
+      groups_.push_back(fur_group(fur_, *fur_canvas_));
+      state_.traced = false;  // traced pictures have no fur
+    }
     ask();
   }
 
@@ -127,7 +136,9 @@ class Viewer {
                                                                               : longest_wait_s);
       if (state_.playing && !answers_.waiting()) turn_on();
       const bool worked = std::exchange(worked_, working());
-      if (take_answer() || take_picture() || worked != worked_) window_.draw_again();
+      if (take_answer() || take_picture() || fur_.update() || worked != worked_) {
+        window_.draw_again();
+      }
       if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
     }
     times_.light_ms = median(light_ms_);
@@ -146,10 +157,13 @@ class Viewer {
   void ask(const std::string& model = "") {
     if (!model.empty()) chosen_ = model;
     display_.drop_traced();
+    fur_.set_lights(state_.lights);
     answers_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
-  bool working() const { return answers_.waiting() || answers_.refining() || answers_.tracing(); }
+  bool working() const {
+    return fur_.making() || answers_.waiting() || answers_.refining() || answers_.tracing();
+  }
 
   /// The picture that the window's part for it shows, as it would be traced.
   render::PictureView view() const {
@@ -198,7 +212,11 @@ class Viewer {
     if (!answer_->refused.empty()) chosen_.clear();
     state_.model = answer_->model;
     if (times_.first_light_s == 0.0) times_.first_light_s = options_.started.seconds();
-    if (!answer_->moved.empty()) live_.show(*answer_);
+    if (!answer_->moved.empty()) {
+      live_.show(*answer_);
+      fur_.moved();
+    }
+    fur_.shade(*answer_);
     shaping_.take(*answer_);
     if (options_.script && !answer_->shape_refused.empty()) {
       throw InputError(options_.script->string() + ": " + answer_->shape_refused);
@@ -236,6 +254,7 @@ class Viewer {
 
   void draw_frame() {
     const Stopwatch watch;
+    fur_.update();
     set_title();
     since_drawn_ = watch;
     int width = options_.width, height = options_.height, across = width, high = height;
@@ -270,7 +289,9 @@ class Viewer {
     if (!options_.script) {
       if (state_.keys_shown) draw_keys(state_);
       mouse_.follow(state_);
-      strokes_.follow(window_.take_pointer_events(), mouse_, state_);
+      const std::vector<PointerEvent> events = window_.take_pointer_events();
+      strokes_.follow(events, mouse_, state_);
+      fur_hand_.follow(events, mouse_, state_);
       follow_keys();
       for (const std::string& file : window_.take_dropped()) open(file);
       if (closing_) close(draw_closing_question());
@@ -357,6 +378,7 @@ class Viewer {
     Stage stage{state_,
                 editing_,
                 shaping_,
+                fur_,
                 photograph_count(),
                 [this] { ask(); },
                 [this](const std::string& model) { ask(model); },
@@ -367,6 +389,7 @@ class Viewer {
 
   void write_screenshot(const std::filesystem::path& file) {
     // Two frames: a panel that has just appeared takes its size in the first.
+    fur_.finish();
     draw_frame();
     draw_frame();
     io::write_image(file, display_.picture());
@@ -386,6 +409,9 @@ class Viewer {
   Window window_;
   PanelGroups groups_;
   Display display_;
+  FurModel fur_;
+  FurHand fur_hand_{fur_};
+  std::optional<FurCanvas> fur_canvas_;
   const int samples_;                         ///< rays a pixel of traced pictures
   render::PictureView wanted_;                ///< that the window last showed
   Stopwatch stood_;                           ///< since it is that

@@ -60,6 +60,9 @@ struct Fur {
   bool fins = true;                        ///< at silhouettes
   int bands = 5, rays = 1024;              ///< of the transfer
   std::uint64_t seed = 1;
+  /// Images by the mesh's texture coordinates (render/fur/coat.h): factors on length, density and
+  /// colour; red and green of the comb's are its direction along and across `comb`, 0.5 is none.
+  std::optional<std::filesystem::path> length_map, density_map, colour_map, comb_map;
 
   double tile() const { return tile_mm.value_or(2.0 * length_mm); }
 };

@@ -39,7 +39,9 @@ GLuint compiled(GLenum kind, const char* source) {
   return shader;
 }
 
-GLuint linked(const char* vertex, const char* fragment) {
+}  // namespace
+
+unsigned linked_program(const char* vertex, const char* fragment) {
   const GLuint program = glCreateProgram();
   for (const GLuint shader :
        {compiled(GL_VERTEX_SHADER, vertex), compiled(GL_FRAGMENT_SHADER, fragment)}) {
@@ -52,6 +54,8 @@ GLuint linked(const char* vertex, const char* fragment) {
   if (good != GL_TRUE) throw InputError("OpenGL does not link the shaders");
   return program;
 }
+
+namespace {
 
 /// Interleaved, from `first` on, of so many floats each.
 void attributes(GLuint first, const std::vector<int>& sizes) {
@@ -79,6 +83,8 @@ void upload(const std::vector<float>& values, GLenum usage) {
                values.data(), usage);
 }
 
+}  // namespace
+
 Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, double far_mm,
                                 double aspect) {
   const Eigen::Vector3d forward = (camera.target_mm - camera.position_mm).normalized();
@@ -98,11 +104,9 @@ Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, do
   return (clip * view).cast<float>();
 }
 
-}  // namespace
-
 Canvas::Canvas(const std::vector<float>& geometry)
-    : surface_(linked(shaders::surface_vertex, shaders::surface_fragment)),
-      whole_(linked(shaders::whole_vertex, shaders::whole_fragment)),
+    : surface_(linked_program(shaders::surface_vertex, shaders::surface_fragment)),
+      whole_(linked_program(shaders::whole_vertex, shaders::whole_fragment)),
       corners_(static_cast<int>(geometry.size()) / LitCorners::geometry_floats) {
   glGenVertexArrays(1, &nothing_);
   glGenVertexArrays(1, &array_);
@@ -216,6 +220,7 @@ void Canvas::use(unsigned program, const Seen& seen) const {
   const auto place = [&](const char* name) { return glGetUniformLocation(program, name); };
   glUniform1f(place("exposure"), static_cast<float>(seen.exposure.value_or(1.0)));
   glUniform1i(place("channel"), seen.channel);
+  glUniform1i(place("linear_light"), seen.linear ? 1 : 0);
   glUniform1i(place("has_sky"), has_sky_ ? 1 : 0);
   glUniform1f(place("sky_turn"), sky_turn_);
   glUniform1i(place("sky_image"), 0);
@@ -256,6 +261,11 @@ void Canvas::draw(const Seen& seen, const Viewport& at) {
   }
   glBindVertexArray(array_);
   glDrawArrays(GL_TRIANGLES, 0, corners_);
+}
+
+void Canvas::bind(const Viewport& at) const {
+  glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
+  glViewport(at.x, at.y, at.width, at.height);
 }
 
 void Canvas::end() {

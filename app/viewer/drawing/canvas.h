@@ -25,7 +25,13 @@ struct Seen {
   int channel = 0;                 ///< as ViewState has it
   double near_mm = 0.1, far_mm = 1.0;
   bool traced = false;  ///< the traced picture, which is of this camera
+  bool linear = false;  ///< radiance, before exposure and tone curve
 };
+
+/// Throws InputError where OpenGL refuses a shader. Fragment shaders have shaders::tone and sky.
+unsigned linked_program(const char* vertex, const char* fragment);
+Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, double far_mm,
+                                double aspect);
 
 class Canvas {
  public:
@@ -44,6 +50,8 @@ class Canvas {
   /// Empties a picture of this size.
   void begin(int width, int height);
   void draw(const Seen& seen, const Viewport& at);
+  /// Draws go to this part of the picture again, after another target.
+  void bind(const Viewport& at) const;
   /// Leaves the picture bound, so that a panel can be drawn over it.
   void end();
   void show(int window_width, int window_height) const;

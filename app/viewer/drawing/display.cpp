@@ -45,7 +45,11 @@ void Display::draw(const ViewState& state, const render::PictureView& view, bool
   seen.far_mm = distance + radius;
   seen.traced = lit && state.traced && traced_ == view;
   canvas_.begin(width, height);
-  canvas_.draw(seen, at);
+  if (fur_ != nullptr && lit && !seen.traced) {
+    fur_canvas_->draw(canvas_, seen, at, *fur_);
+  } else {
+    canvas_.draw(seen, at);
+  }
   canvas_.end();
 }
 

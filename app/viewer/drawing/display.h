@@ -7,6 +7,7 @@
 
 #include "app/viewer/answers.h"
 #include "app/viewer/drawing/canvas.h"
+#include "app/viewer/fur/fur_canvas.h"
 #include "app/viewer/view_state.h"
 
 namespace kappamu::app {
@@ -26,6 +27,11 @@ class Display {
   /// Draws the view into a picture of this size, at `at`. Without light the shape alone is shaded.
   void draw(const ViewState& state, const render::PictureView& view, bool lit, int width,
             int height, const Viewport& at);
+  /// Fur over the objects from now on. Keeps references.
+  void show_fur(FurCanvas& canvas, const FurModel& model) {
+    fur_canvas_ = &canvas;
+    fur_ = &model;
+  }
   void show(int window_width, int window_height) const {
     canvas_.show(window_width, window_height);
   }
@@ -37,6 +43,8 @@ class Display {
   const render::World& world_;
   render::LitCorners corners_;
   Canvas canvas_;
+  FurCanvas* fur_canvas_ = nullptr;
+  const FurModel* fur_ = nullptr;
   std::optional<render::EnvironmentLight> sky_;  ///< that the canvas has
   std::optional<render::PictureView> traced_;    ///< of the canvas' traced picture
 };

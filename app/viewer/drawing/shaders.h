@@ -10,7 +10,9 @@ inline constexpr const char* version = "#version 330 core\n";
 inline constexpr const char* tone = R"(
 uniform float exposure;
 uniform int channel;
+uniform bool linear_light;
 vec4 shown(vec3 radiance) {
+  if (linear_light) return vec4(radiance, 1.0);
   vec3 linear = max(exposure * radiance, 0.0);
   if (channel > 0) linear = vec3(linear[channel - 1]);
   float brightest = max(linear.r, max(linear.g, linear.b));
