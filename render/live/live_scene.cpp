@@ -45,7 +45,16 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
       chosen_(options.model),
-      diffuse_(world_.objects().size()) {}
+      diffuse_(world_.objects().size()) {
+  const bool glows =
+      std::any_of(world_.objects().begin(), world_.objects().end(),
+                  [](const WorldObject& object) { return object.emission.maxCoeff() > 0.0; });
+  if (glows || !world_.inner_lights().empty()) {
+    throw InputError(scene.file.string() +
+                     ": the window shows no light that begins inside objects; move the light, or "
+                     "render a picture");
+  }
+}
 
 LiveScene::~LiveScene() = default;
 

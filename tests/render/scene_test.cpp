@@ -350,7 +350,7 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
             "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
-  scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
+  scene.lights.emplace_back(SpotLight{{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0}, {0.0, 0.0, 30.0}});
   EXPECT_EQ(refusal_of(scene),
             "light 2 is inside object 'ball'; change its position_mm, or give "
             "the mesh a void around it");
