@@ -5,6 +5,7 @@
 #include "data_synthetic/scene/materials.h"
 #include "inverse/fit/fit.h"
 #include "inverse/problem/predict.h"
+#include "io/volume/volume_file.h"
 #include "studies/figures/figures_bench.h"
 #include "studies/inverse/inverse_fit.h"
 #include "studies/inverse/inverse_samples.h"
@@ -99,6 +100,8 @@ void figure_samples(const Request& request, Progress& progress, const Save& save
     const FaceShape lit = face_shape(block.grid, block.lit);
     const std::vector<double> single = single_voxel_light(lit, 16, 11), disc = disc_light(lit);
     const bool front_lit = block.lit == block.seen;
+    io::VolumeSet found;
+    found.channels = {"R", "G", "B"};
     // One patch, seen from where it falls, leaves nothing in the dark.
     for (int n = front_lit ? 2 : 1; n <= most; ++n) {
       const int shown = std::min(shown_side, most);
@@ -120,6 +123,7 @@ void figure_samples(const Request& request, Progress& progress, const Save& save
                {"seconds", fit.report.seconds}});
         }
         if (n == shown) {
+          found.media.push_back(fit.medium);
           const Medium whole = inverse::to_medium(fields, block.grid.refined(2));
           faces.push_back({{"sample", name},
                            {"channel", c},
@@ -133,6 +137,7 @@ void figure_samples(const Request& request, Progress& progress, const Save& save
       }
       save({{"rows", rows}, {"faces", faces}});
     }
+    io::write_volume_folder(request.folder / ("volume-" + name), found);
   }
 }
 

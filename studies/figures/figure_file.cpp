@@ -90,7 +90,9 @@ Figure read_figure(const std::filesystem::path& file) {
   if (!stream) fail_figure(file, "the figure cannot be read; give a folder that has it");
   const Json root = Json::parse(stream, nullptr, false, true);
   if (root.is_discarded()) fail_figure(file, "the figure is not valid JSON");
-  Figure figure{file, file.stem().string()};
+  Figure figure;
+  figure.file = file;
+  figure.name = file.stem().string();
   figure.source = field_of<std::string>(file, root, "figure");
   figure.title = field_of<std::string>(file, root, "title");
   figure.scene = field_of<Json>(file, root, "scene");
