@@ -1,5 +1,6 @@
 #include "render/light/inner_light.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,6 +17,9 @@ using OfChannels = std::array<std::vector<forward::Beam>, 3>;
 constexpr std::uint32_t beams_of_light = 16'384, beams_of_glow = 32'768;
 /// Of a body that fills its box hardly at all, places in it are looked for no longer.
 constexpr std::uint32_t most_draws_per_beam = 4096;
+/// Radius of a light, over the shortest mean free path and over the object at least: about a point
+/// first collisions would have no bound, and no cubes would be fine enough.
+constexpr double light_of_free_path = 0.5, light_of_size = 1.0 / 128.0;
 
 Vector3d even_direction(double u, double v) {
   const double z = 1.0 - 2.0 * u, across = std::sqrt(std::max(0.0, 1.0 - z * z));
@@ -43,12 +47,25 @@ void add(const Vector3d& from, const Vector3d& direction, int triangle, const Co
 
 void add_light(const WorldObject& object, const InnerLight& light, std::uint64_t key,
                OfChannels& beams) {
-  const Vector3d from = object.world_from_object.inverse() * light.position_mm;
+  const Vector3d middle = object.world_from_object.inverse() * light.position_mm;
+  double kappa = object.media.channels[0]->smallest().kappa;
+  for (const auto& medium : object.media.channels) {
+    kappa = std::min(kappa, medium->smallest().kappa);
+  }
+  const double radius = std::max(light_of_free_path * 3.0 * kappa,
+                                 light_of_size * bounding_box(object.mesh).sizes().maxCoeff());
   for (std::uint32_t i = 0; i < beams_of_light; ++i) {
     const auto [u, v] = sobol_point(i, key);
+    const auto [at_u, at_v] = sobol_point(i, mix(key));
     const Vector3d direction = even_direction(u, v);
-    if (const auto triangle = wall_ahead(object, from, direction))
-      add(from, direction, *triangle, light.power / beams_of_light, beams);
+    const double off = radius * std::cbrt(uniform(key_of({key, i})));
+    Vector3d from = middle + off * even_direction(at_u, at_v);
+    std::optional<int> triangle = wall_ahead(object, from, direction);
+    if (!triangle) {  // the light reaches out of the body
+      from = middle;
+      triangle = wall_ahead(object, from, direction);
+    }
+    if (triangle) add(from, direction, *triangle, light.power / beams_of_light, beams);
   }
 }
 

@@ -207,7 +207,7 @@ Colour SingleScattering::emitted(const WorldHit& hit, const Vector3d& inward, do
   const auto end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
   const Rigid object_from_world = object.world_from_object.inverse();
   EyePath path(object, object_from_world * hit.position, object_from_world.rotation * inward,
-               end ? end->distance : farthest, false);
+               end ? end->distance : farthest, end.has_value());
   const std::optional<double> distance = path.drawn(u, v);
   if (!distance) return Colour::Zero();
   return object.emission / (4.0 * std::numbers::pi) * path.arrives(*distance) /

@@ -98,9 +98,15 @@ StairAnswer answer_of(const TriangleMesh& mesh, std::optional<std::uint64_t> mos
     const auto [u, v] = sobol_point(i, request.seed);
     const double z = 1.0 - 2.0 * u, across = std::sqrt(std::max(0.0, 1.0 - z * z));
     const Vector3d direction(across * std::cos(2.0 * pi * v), across * std::sin(2.0 * pi * v), z);
-    const auto hit = rays->first_hit(Vector3d::Zero(), direction);
+    // From a ball of half a mean free path: about a point first collisions would have no bound.
+    const double off = 1.5 * ball_kappa * std::cbrt(uniform(key_of({request.seed, i})));
+    const auto [at_u, at_v] = sobol_point(i, mix(request.seed));
+    const double at_z = 1.0 - 2.0 * at_u, at_across = std::sqrt(std::max(0.0, 1.0 - at_z * at_z));
+    const Vector3d from = off * Vector3d(at_across * std::cos(2.0 * pi * at_v),
+                                         at_across * std::sin(2.0 * pi * at_v), at_z);
+    const auto hit = rays->first_hit(from, direction);
     if (!hit) continue;
-    light.beams.push_back({hit->triangle, Vector3d::Zero(), direction, 1.0 / beams});
+    light.beams.push_back({hit->triangle, from, direction, 1.0 / beams});
   }
   forward::ObjectOptions options;
   options.device = request.device;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/error.h"
 #include "forward/registry.h"
 #include "render/light/incident_light.h"
 #include "render/render_scene.h"
@@ -17,13 +18,13 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double radius = 10.0, kappa = 0.15, mu = 0.004, eta = 1.3;
+constexpr double ball_radius = 10.0, ball_kappa = 0.15, ball_mu = 0.004, ball_eta = 1.3;
 
 Scene lit_sphere() {
   Scene scene = sphere_scene();
   HomogeneousMaterial material;
-  material.kappa_mm = Colour::Constant(kappa);
-  material.mu_per_mm = Colour::Constant(mu);
+  material.kappa_mm = Colour::Constant(ball_kappa);
+  material.mu_per_mm = Colour::Constant(ball_mu);
   scene.objects[0].material = material;
   return scene;
 }
@@ -31,27 +32,28 @@ Scene lit_sphere() {
 /// Of a unit of power that is scattered at the centre of a ball, by diffusion, what leaves: with
 /// u = 4πκ r φ = e^(−αr) + B sinh αr, and φ + 2Aκ φ' = 0 at the surface.
 double leaves_of_centre() {
-  const double alpha = std::sqrt(mu / kappa), robin = 2.0 * boundary_constants(eta).A * kappa;
-  const double e = std::exp(-alpha * radius), s = std::sinh(alpha * radius),
-               c = std::cosh(alpha * radius), k = 1.0 - robin / radius;
+  const double alpha = std::sqrt(ball_mu / ball_kappa),
+               robin = 2.0 * boundary_constants(ball_eta).A * ball_kappa;
+  const double e = std::exp(-alpha * ball_radius), s = std::sinh(alpha * ball_radius),
+               c = std::cosh(alpha * ball_radius), k = 1.0 - robin / ball_radius;
   const double b = -e * (k - robin * alpha) / (s * k + robin * alpha * c);
-  const double phi = (e + b * s) / (4.0 * pi * kappa * radius);
-  return 4.0 * pi * radius * radius * phi / (2.0 * boundary_constants(eta).A);
+  const double phi = (e + b * s) / (4.0 * pi * ball_kappa * ball_radius);
+  return 4.0 * pi * ball_radius * ball_radius * phi / (2.0 * boundary_constants(ball_eta).A);
 }
 
 /// First collisions about the centre, σs' e^(−σt r)/(4πr²), each heard as sinh(αr)/(αr) of the
 /// centre's: ∫ σs' e^(−σt r) sinh(αr)/(αr) dr.
 double leaves_of_light() {
-  const double alpha = std::sqrt(mu / kappa), sigma_t = 1.0 / (3.0 * kappa);
-  return leaves_of_centre() * (sigma_t - mu) / (2.0 * alpha) *
+  const double alpha = std::sqrt(ball_mu / ball_kappa), sigma_t = 1.0 / (3.0 * ball_kappa);
+  return leaves_of_centre() * (sigma_t - ball_mu) / (2.0 * alpha) *
          std::log((sigma_t + alpha) / (sigma_t - alpha));
 }
 
-struct Answer {
+struct BallAnswer {
   double entering = 0.0, exiting = 0.0, absorbed = 0.0, unscattered = 0.0, spread = 0.0;
 };
 
-Answer answer_of(const Scene& scene, const std::string& model, double photons = 0.0) {
+BallAnswer ball_answer(const Scene& scene, const std::string& model, double photons = 0.0) {
   std::vector<std::string> warnings;
   const World world(scene, warnings);
   const WorldObject& ball = world.objects()[0];
@@ -68,8 +70,8 @@ Answer answer_of(const Scene& scene, const std::string& model, double photons = 
       {ball.mesh, ball.surface, *ball.rays, *ball.media.channels[0], ball.boundary.eta, lights},
       options, progress);
   const forward::ObjectBalance& balance = result.balance[0];
-  Answer answer{balance.entering, balance.exiting, balance.absorbed, balance.unscattered, 0.0};
-  const double mean = balance.exiting / (4.0 * pi * radius * radius);
+  BallAnswer answer{balance.entering, balance.exiting, balance.absorbed, balance.unscattered, 0.0};
+  const double mean = balance.exiting / (4.0 * pi * ball_radius * ball_radius);
   double area = 0.0;
   for (std::size_t t = 0; t < result.exitance.size(); ++t) {
     answer.spread += ball.surface.area[t] * std::pow(result.exitance[t] / mean - 1.0, 2);
@@ -86,7 +88,7 @@ TEST(InnerLight, OfABallsCentreLeavesEvenlyAsTheClosedFormHasIt) {
   Scene scene = lit_sphere();
   scene.lights.emplace_back(PointLight{{0.0, 0.0, 0.0}, Colour::Constant(0.25), 2.0});
   const double power = 4.0 * pi * 4.0 * 0.25;
-  const Answer answer = answer_of(scene, "embedded");
+  const BallAnswer answer = ball_answer(scene, "embedded");
   EXPECT_NEAR(answer.entering, power, 1e-6 * power);
   EXPECT_NEAR(answer.exiting, power * leaves_of_light(), discretised * power);
   EXPECT_LT(answer.spread, 2.0 * discretised);
@@ -95,7 +97,7 @@ TEST(InnerLight, OfABallsCentreLeavesEvenlyAsTheClosedFormHasIt) {
 TEST(InnerLight, OfWalksAgreesWithDiffusion) {
   Scene scene = lit_sphere();
   scene.lights.emplace_back(PointLight{{0.0, 0.0, 0.0}, Colour::Ones(), 1.0});
-  const Answer walks = answer_of(scene, "montecarlo", 20'000.0);
+  const BallAnswer walks = ball_answer(scene, "montecarlo", 20'000.0);
   const double power = 4.0 * pi;
   EXPECT_NEAR(walks.exiting + walks.absorbed + walks.unscattered, power, 1e-3 * power);
   // 20,000 photons: one standard error of a share of about a half is 0.4 %.
@@ -115,14 +117,14 @@ TEST(InnerLight, OfAGlowingBallIsItsVolumesAndBalances) {
   for (const forward::Beam& beam : beams[0]) {
     power += beam.power;
     middle += beam.position;
-    EXPECT_LT(beam.position.norm(), radius);
+    EXPECT_LT(beam.position.norm(), ball_radius);
   }
   const double volume = enclosed_volume(world.objects()[0].mesh);
   EXPECT_NEAR(power, 0.1 * volume, 1e-9 * volume);
-  EXPECT_LT((middle / static_cast<double>(beams[0].size())).norm(), 0.01 * radius);
+  EXPECT_LT((middle / static_cast<double>(beams[0].size())).norm(), 0.01 * ball_radius);
 
-  const Answer diffusion = answer_of(scene, "embedded");
-  const Answer walks = answer_of(scene, "montecarlo", 20'000.0);
+  const BallAnswer diffusion = ball_answer(scene, "embedded");
+  const BallAnswer walks = ball_answer(scene, "montecarlo", 20'000.0);
   EXPECT_NEAR(diffusion.exiting + diffusion.absorbed + diffusion.unscattered, diffusion.entering,
               discretised * diffusion.entering);
   EXPECT_NEAR(diffusion.exiting / diffusion.entering, walks.exiting / walks.entering, 0.03);
@@ -146,7 +148,7 @@ TEST(InnerLight, OfAClearGlowingBallIsSeenAlongTheRay) {
   KnownAnswer nothing([](const forward::ObjectProblem&, std::size_t, std::size_t) { return 0.0; });
   Progress progress;
   const RenderResult result = render_scene(scene, nothing, {.device = "reference"}, progress);
-  const double expected = 0.4 / (4.0 * pi) * 2.0 * radius;
+  const double expected = 0.4 / (4.0 * pi) * 2.0 * ball_radius;
   EXPECT_NEAR(result.picture.radiance(12, 12, 1), expected, 0.01 * expected);
 }
 
@@ -154,7 +156,7 @@ TEST(InnerLight, IsRefusedByModelsThatTakeLightFromOutside) {
   Scene scene = lit_sphere();
   scene.lights.emplace_back(PointLight{{1.0, 0.0, 0.0}, Colour::Ones(), 1.0});
   for (const char* model : {"dipole", "polygrid"}) {
-    EXPECT_THROW(answer_of(scene, model), InputError) << model;
+    EXPECT_THROW(ball_answer(scene, model), InputError) << model;
   }
 }
 

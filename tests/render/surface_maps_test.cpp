@@ -66,17 +66,17 @@ TEST_F(SurfaceMapsTest, GlossMixesRoughnessAndTextureCoordinatesPlaceIt) {
   EXPECT_EQ(maps.normal(quarter), Vector3d::UnitX());
 }
 
-/// A black ball under light along the view returns ρ E/π from its middle.
+/// Under light along the view the surface adds ρ E/π to what the ball's middle lets out.
 TEST_F(SurfaceMapsTest, ReflectanceIsLambertsOnTopOfTheRest) {
   Scene scene = sphere_scene();
   scene.objects[0].finish.eta = 1.0;
   scene.lights.emplace_back(DirectionalLight{-Vector3d::UnitZ(), Colour::Constant(2.0)});
   scene.camera.fov_deg = 0.5;
-  KnownAnswer nothing([](const forward::ObjectProblem&, std::size_t, std::size_t) { return 0.0; });
+  KnownAnswer even([](const forward::ObjectProblem&, std::size_t, std::size_t) { return 1.0; });
   Progress progress;
-  const RenderResult bare = render_scene(scene, nothing, {.device = "reference"}, progress);
+  const RenderResult bare = render_scene(scene, even, {.device = "reference"}, progress);
   scene.objects[0].finish.detail.reflectance = {0.5, 0.25, 0.0};
-  const RenderResult coated = render_scene(scene, nothing, {.device = "reference"}, progress);
+  const RenderResult coated = render_scene(scene, even, {.device = "reference"}, progress);
   const auto added = [&](int c) {
     return coated.picture.radiance(12, 12, c) - bare.picture.radiance(12, 12, c);
   };

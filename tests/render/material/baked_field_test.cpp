@@ -16,7 +16,8 @@ namespace {
 class Rind : public MaterialField {
  public:
   ColourCoefficients at(const Place& place) const override {
-    const double kappa = place.depth < 2.0 ? 0.1 + 0.05 * place.depth : 1.0 + 0.01 * place.point.x();
+    const double kappa =
+        place.depth < 2.0 ? 0.1 + 0.05 * place.depth : 1.0 + 0.01 * place.point.x();
     ColourCoefficients result;
     result.fill({kappa, 0.01});
     return result;

@@ -15,7 +15,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const char* const figure_text = R"({"figure": "[X] figure 1", "title": "A ball", "edges_per_size": 8,
+const char* const figure_text =
+    R"({"figure": "[X] figure 1", "title": "A ball", "edges_per_size": 8,
   "scene": {"objects": [{"name": "ball", "shape": "sphere", "size_mm": 20,
                          "material": {"published": "marble"}}],
             "lights": [{"kind": "point", "position_mm": [0, 50, 0], "irradiance": 1, "at_mm": 40}],
