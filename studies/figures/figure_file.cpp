@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "studies/record.h"
 
 namespace kappamu::studies {
 
@@ -39,7 +40,7 @@ SceneChanges changes_of(const std::filesystem::path& file, const Json& node) {
     if (pointer.empty() || pointer.front() != '/') {
       fail_figure(file, "'" + pointer + "' in 'set' is no place in a scene; write /objects/0/...");
     }
-    changes.emplace_back(pointer, value);
+    changes.emplace_back(pointer, value.dump());
   }
   return changes;
 }
@@ -76,7 +77,7 @@ void expect_picture(const Figure& figure, const std::string& name) {
 void apply(const std::filesystem::path& file, const SceneChanges& changes, Json& scene) {
   for (const auto& [pointer, value] : changes) {
     try {
-      scene[Json::json_pointer(pointer)] = value;
+      scene[Json::json_pointer(pointer)] = Json::parse(value);
     } catch (const Json::exception&) {
       fail_figure(file, "the scene has no place " + pointer);
     }
@@ -95,7 +96,7 @@ Figure read_figure(const std::filesystem::path& file) {
   figure.name = file.stem().string();
   figure.source = field_of<std::string>(file, root, "figure");
   figure.title = field_of<std::string>(file, root, "title");
-  figure.scene = field_of<Json>(file, root, "scene");
+  figure.scene = field_of<Json>(file, root, "scene").dump();
   figure.edges_per_size = field_of(file, root, "edges_per_size", &figure.edges_per_size);
   for (const Json& row : field_of<Json>(file, root, "rows")) {
     figure.rows.push_back({field_of<std::string>(file, row, "name"), changes_of(file, row)});
@@ -116,7 +117,7 @@ Figure read_figure(const std::filesystem::path& file) {
 
 render::Scene scene_of_cell(const Figure& figure, const FigureRow& row, const FigureColumn& column,
                             bool quick) {
-  Json scene = figure.scene;
+  Json scene = Json::parse(figure.scene);
   scene["format"] = "kappamu-scene";
   scene["version"] = 1;
   apply(figure.file, row.set, scene);

@@ -3,18 +3,17 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "render/scene/scene.h"
-#include "studies/record.h"
 
 namespace kappamu::studies {
 
-/// Places in a scene (JSON pointers, such as /objects/0/material) and the values set there.
-using SceneChanges = std::vector<std::pair<std::string, Json>>;
+/// Places in a scene (JSON pointers, such as /objects/0/material) and the values set there, as
+/// JSON.
+using SceneChanges = std::vector<std::pair<std::string, std::string>>;
 
 struct FigureRow {
   std::string name;
@@ -37,10 +36,10 @@ struct FigureColumn {
 
 struct Figure {
   std::filesystem::path file;
-  std::string name;    ///< the file's, without its end
-  std::string source;  ///< such as "[T] table 5.1"
-  std::string title;   ///< one sentence
-  Json scene;
+  std::string name;         ///< the file's, without its end
+  std::string source;       ///< such as "[T] table 5.1"
+  std::string title;        ///< one sentence
+  std::string scene;        ///< JSON
   int edges_per_size = 64;  ///< of every object: coarser meshes have less noise of random walks
   std::vector<FigureRow> rows;
   std::vector<FigureColumn> columns;
