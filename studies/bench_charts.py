@@ -18,6 +18,7 @@ import numpy
 
 from charts.common import flat
 from charts.diffusion import slabs, validity
+from charts.figures import pictures as figure_pictures, samples as figure_samples, stairs, weights
 from charts.forward import headline, kernels, peers, scaling, time_error
 from charts.inverse import ablations, coverage, optimisers, patterns, samples, scores, uncertainty, voxels
 from charts.limits import LIMITS
@@ -42,6 +43,8 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
+            "figures-pictures": figure_pictures, "figures-samples": figure_samples, "figures-weights": weights,
+            "figures-stairs": stairs,
              "dipole-importance": importance, "dipole-form-factors": form_factors,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
@@ -65,13 +68,18 @@ def draw(folder):
         record = json.loads(file.read_text())
         if record.get("format") != "kappamu-bench-" + stem.split("-")[0] or record.get("version") != 2:
             raise SystemExit(f"bench_charts: {file} is no record of this version; remove it and measure again")
+        record["folder"] = str(folder)
         try:
             figures, made = make(record)
         except KeyError as missing:
             raise SystemExit(f"bench_charts: {file} has no {missing}: another version measured it; measure again") from None
         for end, figure in figures.items():
-            drawn[stem + end] = folder / f"{stem}{end}.png"
-            figure.savefig(drawn[stem + end], dpi=100, bbox_inches="tight", metadata={"Software": None})
+            if stem == "figures-pictures":  # photographs are a fifth as large as JPEG
+                drawn[stem + end] = folder / f"{stem}{end}.jpg"
+                figure.savefig(drawn[stem + end], dpi=100, pil_kwargs={"quality": 90})
+            else:
+                drawn[stem + end] = folder / f"{stem}{end}.png"
+                figure.savefig(drawn[stem + end], dpi=100, bbox_inches="tight", metadata={"Software": None})
             plt.close(figure)
         for end, text in made.items():
             write(folder / (stem + end + ("" if "." in end else ".md")), text)
@@ -104,8 +112,8 @@ def main():
         text = page.read_text()
         write(page, renewed(text, texts))
         for name, picture in drawn.items():
-            if f"images/{name}.png" in text:
-                (page.parent / "images" / f"{name}.png").write_bytes(picture.read_bytes())
+            if f"images/{name}{picture.suffix}" in text:
+                (page.parent / "images" / f"{name}{picture.suffix}").write_bytes(picture.read_bytes())
     print(f"{len(drawn)} pictures and {len(texts)} tables of {folder}")
 
 

@@ -7,6 +7,7 @@ namespace kappamu::studies {
 
 Subject boundary_subject();
 Subject dipole_subject();
+Subject figures_subject();
 Subject forward_subject();
 Subject fur_subject();
 Subject hdr_subject();

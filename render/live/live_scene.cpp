@@ -60,7 +60,16 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       diffuse_(world_.objects().size()),
       albedo_(world_.objects().size()),
       furry_(std::any_of(scene.objects.begin(), scene.objects.end(),
-                         [](const SceneObject& object) { return object.fur.has_value(); })) {}
+                         [](const SceneObject& object) { return object.fur.has_value(); })) {
+  const bool glows =
+      std::any_of(world_.objects().begin(), world_.objects().end(),
+                  [](const WorldObject& object) { return object.emission.maxCoeff() > 0.0; });
+  if (glows || !world_.inner_lights().empty()) {
+    throw InputError(scene.file.string() +
+                     ": the window shows no light that begins inside objects; move the light, or "
+                     "render a picture");
+  }
+}
 
 LiveScene::~LiveScene() = default;
 
