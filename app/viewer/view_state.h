@@ -31,13 +31,14 @@ struct Photograph {
 /// Where an edit is done that is no stroke: of each kind, what a person has set. Depths and boxes
 /// are of the object's frame.
 struct Region {
-  enum class Kind { stroke, all, depth, box, projection, texture };
+  enum class Kind { stroke, all, depth, box, projection, texture, coordinates };
 
   Kind kind = Kind::stroke;
   render::DepthSelection depth{.frame = render::Frame::object};
   render::BoxSelection box{.frame = render::Frame::object};
   render::ProjectionSelection projection;
   render::TextureSelection texture;
+  render::CoordinatesSelection coordinates;
 
   render::Selection selection() const;  ///< not of strokes
 };

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "app/viewer/answers.h"
-#include "app/viewer/display.h"
+#include "app/viewer/drawing/display.h"
 #include "app/viewer/editing.h"
 #include "app/viewer/fur/fur_group.h"
 #include "app/viewer/fur/fur_hand.h"
@@ -78,7 +78,7 @@ class Viewer {
         player_(options),
         live_(live),
         editing_(scene, live.world(), options, [this] { ask(); }),
-        shaping_(scene, live.world()),
+        shaping_(live.world(), editing_.painter()),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),

@@ -31,6 +31,18 @@ std::optional<EnvironmentLight> environment_of(const std::vector<Light>& lights)
   return std::nullopt;
 }
 
+/// Whether models see the same, though it was made twice.
+bool same(const ObjectMedia& a, const ObjectMedia& b) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ObjectMedium &one = *a.channels[c], &other = *b.channels[c];
+    if (&one == &other) continue;
+    if (!one.homogeneous() || !other.homogeneous()) return false;
+    const Coefficients here = one.smallest(), there = other.smallest();
+    if (here.kappa != there.kappa || here.mu != there.mu) return false;
+  }
+  return true;
+}
+
 bool same(const std::optional<EnvironmentLight>& a, const std::optional<EnvironmentLight>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
   return a->image == b->image && (a->radiance == b->radiance).all() && a->turn_deg == b->turn_deg;
@@ -48,7 +60,16 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       diffuse_(world_.objects().size()),
       albedo_(world_.objects().size()),
       furry_(std::any_of(scene.objects.begin(), scene.objects.end(),
-                         [](const SceneObject& object) { return object.fur.has_value(); })) {}
+                         [](const SceneObject& object) { return object.fur.has_value(); })) {
+  const bool glows =
+      std::any_of(world_.objects().begin(), world_.objects().end(),
+                  [](const WorldObject& object) { return object.emission.maxCoeff() > 0.0; });
+  if (glows || !world_.inner_lights().empty()) {
+    throw InputError(scene.file.string() +
+                     ": the window shows no light that begins inside objects; move the light, or "
+                     "render a picture");
+  }
+}
 
 LiveScene::~LiveScene() = default;
 
@@ -141,10 +162,12 @@ void LiveScene::take_media(const LiveQuestion& question) {
   for (const auto& [object, media] : question.media) {
     const WorldObject& edited = solved().objects()[object];
     const double eta = edited.boundary.eta;
-    const bool other = edited.media.channels != media.channels;
+    const bool other = !same(edited.media, media);
     if (other) albedo_[object].reset();
     changed = changed || other;
-    solved().set_media(object, media);
+    ObjectMedia set = media;
+    if (!other) set.channels = edited.media.channels;
+    solved().set_media(object, std::move(set));
     refracts_otherwise = refracts_otherwise || edited.boundary.eta != eta;
   }
   if (!changed && !refracts_otherwise) return;

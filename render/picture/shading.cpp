@@ -27,6 +27,11 @@ Colour of_triangle(const std::array<std::vector<double>, 3>& channels, std::size
   return {channels[0][triangle], channels[1][triangle], channels[2][triangle]};
 }
 
+/// Of radiance inside, what is outside.
+double leaves(double eta, double cosine) {
+  return (1.0 - fresnel_external(eta, std::clamp(cosine, 1e-6, 1.0))) / (eta * eta);
+}
+
 /// Triangles with a corner of one that faces the eye; all without one.
 std::vector<char> touching_those_that_face(const WorldObject& object,
                                            const std::optional<Vector3d>& eye) {
@@ -121,6 +126,17 @@ Shading::Point Shading::point_at(const WorldHit& hit, const Vector3d& direction)
       interpolated(corners_[hit.object].normal[hit.triangle], hit.u, hit.v).normalized();
   constexpr double grazing = 0.02;  // where the smooth normal turns away, the triangle's is used
   if (smooth.dot(point.view) > grazing) point.normal = smooth;
+  const WorldObject& object = world_.objects()[hit.object];
+  point.roughness = object.roughness;
+  if (object.maps) {
+    const Rigid object_from_world = object.world_from_object.inverse();
+    const SurfaceMaps::Place place{hit.triangle, hit.u, hit.v, object_from_world * hit.position,
+                                   object_from_world.rotation * point.normal};
+    const Vector3d bumped = object.world_from_object.rotation * object.maps->normal(place);
+    if (bumped.dot(point.view) > grazing) point.normal = bumped;
+    point.roughness = object.maps->roughness(place, object.roughness);
+    point.reflectance = object.maps->reflectance(place);
+  }
   point.cosine = std::clamp(point.normal.dot(point.view), 1e-6, 1.0);
   return point;
 }
@@ -144,6 +160,10 @@ Shading::Seen Shading::seen(const Vector3d& origin, const Vector3d& direction, s
     seen.radiance = scattered_once(point.hit, point.view, sample, key_of({key, 3}));
   }
   seen.radiance += scattered(point, once) + reflected(point, sample, key_of({key, 4}));
+  if (point.reflectance.maxCoeff() > 0.0) seen.radiance += reflected_diffusely(point);
+  if (world_.objects()[hit->object].emission.maxCoeff() > 0.0) {
+    seen.radiance += emitted(point.hit, point.view, sample, key_of({key, 5}));
+  }
   return seen;
 }
 
@@ -167,17 +187,45 @@ Colour Shading::scattered(const Point& point, const Colour& once) const {
 Colour Shading::scattered_once(const WorldHit& hit, const Vector3d& view, std::uint32_t sample,
                                std::uint64_t key) const {
   const double eta = world_.objects()[hit.object].boundary.eta;
-  const double cosine = std::clamp(hit.normal.dot(view), 1e-6, 1.0);
   const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
   const auto [u, v] = sobol_point(sample, key);
-  return (1.0 - fresnel_external(eta, cosine)) / (eta * eta) *
-         single_.radiance_inside(hit, inward, u, v);
+  return leaves(eta, hit.normal.dot(view)) * single_.radiance_inside(hit, inward, u, v);
+}
+
+/// The same of light that the object emits.
+Colour Shading::emitted(const WorldHit& hit, const Vector3d& view, std::uint32_t sample,
+                        std::uint64_t key) const {
+  const double eta = world_.objects()[hit.object].boundary.eta;
+  const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
+  const auto [u, v] = sobol_point(sample, key);
+  return leaves(eta, hit.normal.dot(view)) * single_.emitted(hit, inward, u, v);
+}
+
+/// By the surface's own diffuse reflectance, on top of what it lets in and out.
+Colour Shading::reflected_diffusely(const Point& point) const {
+  Colour irradiance = Colour::Zero();
+  const Corners& corners = corners_[point.hit.object];
+  if (!corners.entering.empty()) {
+    const BoundaryConstants& boundary = world_.objects()[point.hit.object].boundary;
+    const double transmitted = boundary.eta * boundary.eta * (1.0 - boundary.r_phi);
+    irradiance =
+        interpolated(corners.entering[point.hit.triangle], point.hit.u, point.hit.v) / transmitted;
+  }
+  for (const auto& source : sources_) {
+    const Arrival arrival = source->at(point.hit.position);
+    const double cosine = -arrival.direction.dot(point.normal);
+    if (cosine <= 0.0 || arrival.direction.dot(point.hit.normal) >= 0.0) continue;
+    if (arrival.irradiance.maxCoeff() <= 0.0) continue;
+    if (world_.blocked(point.hit.position, -arrival.direction, arrival.distance)) continue;
+    irradiance += cosine * arrival.irradiance;
+  }
+  return point.reflectance * irradiance / pi;
 }
 
 Colour Shading::reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const {
   const WorldObject& object = world_.objects()[point.hit.object];
   if (object.boundary.eta == 1.0) return Colour::Zero();
-  const Ggx surface(object.boundary.eta, object.roughness);
+  const Ggx surface(object.boundary.eta, point.roughness);
   const Eigen::Matrix3d frame = frame_about(point.normal);
   Colour radiance = Colour::Zero();
   if (!surface.mirror()) radiance += reflected_lights(point, surface, frame);

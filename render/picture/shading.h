@@ -47,9 +47,11 @@ class Shading {
  private:
   struct Point {
     WorldHit hit;
-    Eigen::Vector3d normal;  ///< interpolated; outward
+    Eigen::Vector3d normal;  ///< interpolated, with bumps; outward
     Eigen::Vector3d view;    ///< towards the camera
     double cosine = 1.0;     ///< of both
+    double roughness = 0.1;
+    Colour reflectance = Colour::Zero();  ///< diffuse, of the surface
   };
   struct Corners {
     std::vector<std::array<Eigen::Vector3d, 3>> normal;  ///< world's frame
@@ -64,9 +66,12 @@ class Shading {
                                     Progress* progress) const;
   Colour scattered_once(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                         std::uint64_t key) const;
+  Colour emitted(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
+                 std::uint64_t key) const;
   Colour reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const;
   Colour reflected_lights(const Point& point, const Ggx& surface,
                           const Eigen::Matrix3d& frame) const;
+  Colour reflected_diffusely(const Point& point) const;
   Colour reflected_surroundings(const Point& point, const Ggx& surface,
                                 const Eigen::Matrix3d& frame, double u, double v) const;
 

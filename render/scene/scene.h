@@ -19,6 +19,7 @@
 #include "render/material/homogeneous.h"
 #include "render/material/pattern.h"
 #include "render/material/shell.h"
+#include "render/surface/surface_detail.h"
 
 namespace kappamu::render {
 
@@ -41,6 +42,7 @@ using Material =
 struct Finish {
   std::optional<double> eta;  ///< relative refractive index; none: the material's, or 1.3
   double roughness = 0.1;     ///< α of GGX; 0: a mirror
+  SurfaceDetail detail{};
 };
 
 /// Hair on an object's skin (docs/fur.md).
@@ -81,9 +83,12 @@ struct SceneObject {
   Material material;
   std::optional<std::filesystem::path> edits;  ///< a recipe (render/edit/edit.h) for its material
   Finish finish;
+  Colour emission = Colour::Zero();  ///< of all its volume, even in all directions [1/mm]
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;
-  std::vector<Deformation> deform;     ///< of the mesh that the fields above make, in this order
+  std::vector<Deformation> deform;  ///< of the mesh that the fields above make, in this order
+  /// Of an object with `edits`: its deformations before those of the edits.
+  std::vector<Deformation> deform_unedited;
   int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
   std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
 };

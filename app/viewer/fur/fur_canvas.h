@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "app/viewer/canvas.h"
+#include "app/viewer/drawing/canvas.h"
 #include "app/viewer/fur/fur_model.h"
 
 namespace kappamu::app {

@@ -10,7 +10,7 @@
 #include "io/json_node.h"
 #include "io/read_file.h"
 #include "io/text_stream.h"
-#include "render/scene/node_values.h"
+#include "render/deform/deform_file.h"
 
 namespace kappamu::app::script {
 
@@ -77,6 +77,11 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
     words >> state;
     if (state == "on") return Panel::on;
     if (state == "off") return Panel::off;
+  } else if (name == "trace") {
+    std::string state;
+    words >> state;
+    if (state == "on") return Trace::on;
+    if (state == "off") return Trace::off;
   } else if (name == "screenshot") {
     Screenshot shot;
     if (words >> shot.name && is_plain_name(shot.name)) return shot;

@@ -7,6 +7,7 @@
 //   orbit DX DY       turns the camera about its target [degrees]
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
+//   trace on|off      whether pictures are traced at rest
 //   channel all|R|G|B  which channels are shown
 //   brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH
 //                      takes a brush in hand [mm]: multiply, add, set or blend
@@ -56,6 +57,7 @@ struct Exposure {
   double factor = 1.0;
 };
 enum class Panel { on, off };
+enum class Trace { on, off };
 struct Screenshot {
   std::string name;
 };
@@ -98,8 +100,8 @@ struct Quit {};
 
 using Command =
     std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, SetFur,
-                 CombFur, Quit>;
+                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Trace,
+                 SetFur, CombFur, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

@@ -160,4 +160,8 @@ void ScriptPlayer::obey(script::Links links, Stage& stage) const {
   stage.shaping.renewal = links == script::Links::anew;
 }
 
+void ScriptPlayer::obey(script::Trace trace, Stage& stage) const {
+  stage.state.traced = trace == script::Trace::on;
+}
+
 }  // namespace kappamu::app

@@ -54,6 +54,7 @@ class ScriptPlayer {
   void obey(const script::Deform& deform, Stage& stage) const;
   void obey(const script::Drag& drag, Stage& stage) const;
   void obey(script::Links links, Stage& stage) const;
+  void obey(script::Trace trace, Stage& stage) const;
   void obey(const script::SetFur& set, Stage& stage) const;
   void obey(const script::CombFur& comb, Stage& stage) const;
   void obey(const script::ShowPhotograph& show, Stage& stage) const;
