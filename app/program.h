@@ -1,4 +1,4 @@
-// What the programs kappamu and kappamu-bench share: options of every command, and failures as one
+// What the programs kappamu and kappamu-studies share: options of every command, and failures as one
 // sentence and an exit code.
 #pragma once
 

@@ -11,7 +11,7 @@
 
 namespace kappamu::io {
 
-enum class ImageKind { png, tiff, jpeg, exr, radiance, unknown };
+enum class ImageKind { png, tiff, jpeg, bmp, exr, radiance, unknown };
 
 /// Recognises the format by its first bytes.
 ImageKind image_kind(std::span<const std::byte> bytes);
@@ -25,7 +25,8 @@ enum class Integrity { complete, truncated, damaged };
 /// OpenImageIO stops at the last row, checks nothing behind it, and inflates every text to 8 MB.
 /// JPEG: the end marker; libjpeg misses it only where it cuts into the picture. TIFF: the entries
 /// of each page's directory and of the EXIF directory hold no more than the file; libtiff makes
-/// room for the same bytes once per entry, 12 GB from a file of 1.6 MB.
+/// room for the same bytes once per entry, 12 GB from a file of 1.6 MB. BMP: as many rows as its
+/// header claims, uncompressed; OpenImageIO makes room for the header's claims and reads no fewer.
 Integrity check_integrity(std::span<const std::byte> bytes);
 
 /// Width, height, channels and bits of a JPEG: of progressive ones libjpeg decodes all while it

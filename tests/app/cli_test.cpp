@@ -189,15 +189,16 @@ INSTANTIATE_TEST_SUITE_P(Cli, ExportFailures, testing::Values(std::nanf(""), 0.0
 
 TEST_F(CliFailures, BenchThatIsNotBuilt) {
   fs::copy(KAPPAMU_PROGRAM, at("kappamu"));
-  expect_one_sentence(run_process(at("kappamu") + " bench boundary -o " + at("out")),
-                      "scripts/build.sh release kappamu-bench builds");
+  expect_one_sentence(run_process(at("kappamu") + " bench solve -o " + at("out")),
+                      "scripts/build.sh release kappamu-studies builds");
 }
 
 TEST_F(CliFailures, BenchTakesTheOptionsBeforeItsName) {
   const ProcessResult result =
-      kappamu("--seed 3 --json bench boundary --quick -o " + at("out") + " --device reference");
+      kappamu("--seed 3 --json bench objects --quick -o " + at("out") + " --device reference");
   EXPECT_EQ(result.exit_code, 0) << result.standard_error;
-  EXPECT_THAT(last_line(result.standard_output), HasSubstr("\"seed\":3,"));
+  std::ifstream record(folder() / "out" / "objects-models.json");
+  EXPECT_EQ(nlohmann::json::parse(record).at("seed"), 3);
 }
 
 TEST_F(CliFailures, NoOpenClDevice) {

@@ -50,7 +50,10 @@ json full_scene() {
     "objects": [
       {"name": "a", "mesh": "a.obj", "size_mm": 20, "position_mm": [1, 2, 3], "turn_deg": [0, 90, 0],
        "material": {"volume": "run", "placement": "mirror", "turn_deg": [0, 0, 45], "offset_mm": [1, 0, 0]},
-       "surface": {"eta": 1.4, "roughness": 0}, "polycube": "a.polycube.json"},
+       "surface": {"eta": 1.4, "roughness": 0, "bump": {"image": "b.png", "depth_mm": 0.1, "size_mm": [3, 4]},
+                   "gloss": {"image": "g.png", "roughness": [0.5, 0.1]},
+                   "reflectance": {"colour": [0.1, 0.2, 0.3], "image": "r.png", "size_mm": [3, 4]}},
+       "emission_per_mm": [0.1, 0, 0.2], "polycube": "a.polycube.json"},
       {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
        "material": {"published": "whole milk"},
        "deform": [
@@ -182,6 +185,21 @@ std::vector<Edited> bad_scenes() {
        "parts[0] must have either 'mesh'"},
       {"a polycube without a name", [](json& s) { s["objects"][0]["polycube"] = ""; },
        "objects[0].polycube is empty"},
+      {"bumps of no height", [](json& s) { s["objects"][0]["surface"]["bump"].erase("depth_mm"); },
+       "objects[0].surface.bump.depth_mm is missing"},
+      {"gloss of one roughness",
+       [](json& s) { s["objects"][0]["surface"]["gloss"]["roughness"] = {0.5}; },
+       "objects[0].surface.gloss.roughness"},
+      {"a reflectance above 1",
+       [](json& s) { s["objects"][0]["surface"]["reflectance"]["colour"] = 1.5; },
+       "objects[0].surface.reflectance.colour is 1.5"},
+      {"the size of no image",
+       [](json& s) { s["objects"][0]["surface"]["reflectance"].erase("image"); },
+       "objects[0].surface.reflectance.size_mm is an image's"},
+      {"a flat image", [](json& s) { s["objects"][0]["surface"]["bump"]["size_mm"][1] = 0; },
+       "objects[0].surface.bump.size_mm[1] is 0"},
+      {"dark light of its own", [](json& s) { s["objects"][0]["emission_per_mm"] = -1; },
+       "objects[0].emission_per_mm is -1"},
       {"fur without a length", [](json& s) { s["objects"][2]["fur"].erase("length_mm"); },
        "objects[2].fur.length_mm is missing"},
       {"a tile of nothing", [](json& s) { s["objects"][2]["fur"]["tile_mm"] = 0; },
@@ -350,7 +368,7 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
             "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
-  scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
+  scene.lights.emplace_back(SpotLight{{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0}, {0.0, 0.0, 30.0}});
   EXPECT_EQ(refusal_of(scene),
             "light 2 is inside object 'ball'; change its position_mm, or give "
             "the mesh a void around it");

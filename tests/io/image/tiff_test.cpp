@@ -8,6 +8,7 @@
 #include "io/image/image_file.h"
 #include "io/image/photo_settings.h"
 #include "io/image/raw_file.h"
+#include "io/image/tiff_pages.h"
 #include "tests/io/image/plain_exr.h"
 #include "tests/io/support.h"
 
@@ -127,6 +128,16 @@ TEST_F(Tiff, ThePageThatIsNoPreviewIsRead) {
   EXPECT_THAT(refusal({preview, mask}), HasSubstr("previews and masks only"));
 }
 
+TEST_F(Tiff, PagesAreReadByNumberOnceAsked) {
+  const Page preview{1, 1, 2, 1}, small{1}, large{1, 0, 8, 4};
+  const auto file = write({small, preview, large});
+  EXPECT_EQ(count_tiff_pages(file), 2U);
+  EXPECT_EQ(read_tiff_page(file, 0).width(), 4);
+  EXPECT_EQ(read_tiff_page(file, 1)(7, 3), 8300.0F);
+  EXPECT_THAT(sentence_of([&] { read_tiff_page(file, 2); }),
+              HasSubstr("a.tif: has pages 0 to 1, no page 2"));
+}
+
 TEST_F(Tiff, OtherColoursAreRefusedByName) {
   EXPECT_THAT(refusal({Page{5, 0, 4, 2, 4}}), HasSubstr("CMYK"));
   EXPECT_THAT(refusal({Page{8, 0, 4, 2, 3}}), HasSubstr("Lab"));
@@ -156,6 +167,15 @@ TEST_F(Tiff, FloatsAreLinearLightAndPlanesAreReadInOrder) {
     const auto codes = write({numbers<std::uint16_t>(1, planes)});
     EXPECT_FALSE(is_float_image(codes));
     EXPECT_EQ(read_code_image(codes)(4, 2, 1), 43 / 8) << planes;
+  }
+}
+
+TEST_F(Tiff, FloatPagesAreReadByNumber) {
+  const auto file = write({numbers<float>(3), numbers<float>(3, true), numbers<float>(3)});
+  EXPECT_EQ(count_tiff_pages(file), 3U);
+  for (const std::size_t page : {0, 1, 2}) {
+    const Image<float> image = read_tiff_page(file, page);
+    for (int k = 0; k < 45; ++k) ASSERT_EQ(image(k / 3 % 5, k / 15, k % 3), k / 8.0F) << page;
   }
 }
 
