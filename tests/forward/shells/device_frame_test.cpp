@@ -1,6 +1,5 @@
 // The frame by OpenCL against the plain reference, pixel by pixel. How fast it is, `kappamu-studies
-// fur
-// --section speed` measures.
+// fur --section speed` measures.
 #include "forward/shells/device_frame.h"
 
 #include <gtest/gtest.h>
