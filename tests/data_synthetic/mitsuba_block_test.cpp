@@ -55,8 +55,8 @@ TEST_F(MitsubaBlock, TrueVolumePredictsItsLight) {
   for (const float value : fitted_.value) measured += value;
   std::printf("light of all patterns, diffusion over Mitsuba %.4f, E %.2e\n", predicted / measured,
               score.error.E());
-  EXPECT_NEAR(predicted / measured, 1.02, 0.02);  // our Monte Carlo: 1.004
-  EXPECT_LT(score.error.E(), 2e-2);               // our Monte Carlo: 7e-3
+  EXPECT_NEAR(predicted / measured, 1.0, 0.03);  // 1.005; our Monte Carlo: 1.004
+  EXPECT_LT(score.error.E(), 2.5e-2);            // 1.9e-2; our Monte Carlo: 7e-3
 }
 
 TEST_F(MitsubaBlock, FittedBlindItPredictsOtherLightAndStatesItsErrors) {
