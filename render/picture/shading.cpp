@@ -53,7 +53,8 @@ std::vector<char> touching_those_that_face(const WorldObject& object,
 }  // namespace
 
 Shading::Shading(const World& world, const LightSources& sources, const Environment* environment,
-                 const std::vector<ObjectExitance>& exitance, const std::optional<Vector3d>& eye)
+                 const std::vector<ObjectExitance>& exitance, const std::optional<Vector3d>& eye,
+                 Progress* progress)
     : world_(world), sources_(sources), environment_(environment), single_(world, sources) {
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const WorldObject& object = world.objects()[i];
@@ -74,7 +75,7 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
     });
     if (diffuse) corners.entering = average.of<Colour>(Colour::Zero(), entering);
     if (!sources_.empty()) {
-      const std::vector<Colour> once = exitance_once(i, eye);
+      const std::vector<Colour> once = exitance_once(i, eye, progress);
       corners.once = average.of<Colour>(Colour::Zero(), [&](std::size_t t) { return once[t]; });
     }
     corners_.push_back(std::move(corners));
@@ -82,17 +83,16 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
 }
 
 /// M₁ of every triangle that the eye may see, or whose corners it may.
-std::vector<Colour> Shading::exitance_once(std::size_t index,
-                                           const std::optional<Vector3d>& eye) const {
+std::vector<Colour> Shading::exitance_once(std::size_t index, const std::optional<Vector3d>& eye,
+                                           Progress* progress) const {
   const WorldObject& object = world_.objects()[index];
   const std::size_t triangles = object.surface.size();
   const std::size_t paths = std::clamp(paths_in_all / triangles, least_paths, most_paths);
   const std::vector<char> wanted = touching_those_that_face(object, eye);
   std::vector<Colour> once(triangles, Colour::Zero());
-  constexpr std::size_t triangles_at_once = 256;
-  for_rows(static_cast<int>((triangles + triangles_at_once - 1) / triangles_at_once), [&](int row) {
-    const std::size_t begin = static_cast<std::size_t>(row) * triangles_at_once;
-    for (std::size_t t = begin; t < std::min(triangles, begin + triangles_at_once); ++t) {
+  constexpr std::size_t triangles_at_once = 64, triangles_per_update = 2048;
+  const auto some = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
       if (wanted[t] == 0) continue;
       const std::uint64_t key = key_of({index, t});
       WorldHit hit;
@@ -107,7 +107,16 @@ std::vector<Colour> Shading::exitance_once(std::size_t index,
       }
       once[t] /= static_cast<double>(paths);
     }
-  });
+  };
+  for (std::size_t first = 0; first < triangles; first += triangles_per_update) {
+    const std::size_t last = std::min(triangles, first + triangles_per_update);
+    for_pieces(
+        last - first, triangles_at_once,
+        [&](std::size_t, std::size_t begin, std::size_t end) { some(first + begin, first + end); });
+    if (progress == nullptr) continue;
+    progress->update("light scattered once",
+                     static_cast<double>(last) / static_cast<double>(triangles), "");
+  }
   return once;
 }
 

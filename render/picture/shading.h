@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/progress.h"
 #include "render/light/environment.h"
 #include "render/picture/ggx.h"
 #include "render/picture/single_scattering.h"
@@ -29,10 +30,10 @@ struct ObjectExitance {
 class Shading {
  public:
   /// Keeps references to all but `exitance`, which is one per object. With an `eye` given, objects
-  /// are seen from there alone.
+  /// are seen from there alone. `progress` hears of the work on M₁, and may end it.
   Shading(const World& world, const LightSources& sources, const Environment* environment,
           const std::vector<ObjectExitance>& exitance,
-          const std::optional<Eigen::Vector3d>& eye = std::nullopt);
+          const std::optional<Eigen::Vector3d>& eye = std::nullopt, Progress* progress = nullptr);
   virtual ~Shading() = default;
 
   struct Seen {
@@ -61,8 +62,8 @@ class Shading {
 
   Point point_at(const WorldHit& hit, const Eigen::Vector3d& direction) const;
   Colour scattered(const Point& point, const Colour& once) const;
-  std::vector<Colour> exitance_once(std::size_t object,
-                                    const std::optional<Eigen::Vector3d>& eye) const;
+  std::vector<Colour> exitance_once(std::size_t object, const std::optional<Eigen::Vector3d>& eye,
+                                    Progress* progress) const;
   Colour scattered_once(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                         std::uint64_t key) const;
   Colour emitted(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,

@@ -6,6 +6,8 @@
 #include "core/error.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
+#include "render/deform/deform_file.h"
+#include "render/edit/edit.h"
 #include "render/scene/material_read.h"
 #include "render/scene/node_values.h"
 #include "render/scene/scene.h"
@@ -66,10 +68,11 @@ Finish read_finish(const Node& node, const std::filesystem::path& folder) {
   return finish;
 }
 
-Fur read_fur(const Node& node) {
+Fur read_fur(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields({"length_mm"}, {"tile_mm", "width", "density", "curl", "lean", "comb",
                                      "comb_turn_deg", "root_colour", "tip_colour", "variation",
-                                     "reflectance", "shine", "fins", "bands", "rays", "seed"});
+                                     "reflectance", "shine", "fins", "bands", "rays", "seed",
+                                     "length_map", "density_map", "colour_map", "comb_map"});
   Fur fur;
   fur.length_mm = length_of(node["length_mm"]);
   const auto number = [&](const char* field, double smallest, double largest, double& value) {
@@ -96,6 +99,13 @@ Fur read_fur(const Node& node) {
   if (node.has("rays")) fur.rays = whole_number(node["rays"], 16, 65536);
   if (node.has("seed"))
     fur.seed = static_cast<std::uint64_t>(whole_number(node["seed"], 0, 1 << 30));
+  const auto map = [&](const char* field, std::optional<std::filesystem::path>& file) {
+    if (node.has(field)) file = path_of(node[field], folder);
+  };
+  map("length_map", fur.length_map);
+  map("density_map", fur.density_map);
+  map("colour_map", fur.colour_map);
+  map("comb_map", fur.comb_map);
   return fur;
 }
 
@@ -111,8 +121,12 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
     object.emission = colour_of(node["emission_per_mm"], largest_light);
   }
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
-  if (node.has("fur")) object.fur = read_fur(node["fur"]);
+  if (node.has("fur")) object.fur = read_fur(node["fur"], folder);
   if (node.has("deform")) object.deform = read_deformations(node["deform"]);
+  object.deform_unedited = object.deform;
+  if (object.edits) {
+    for (const Edit& edit : read_recipe(*object.edits).edits) edit.deform_on(object.deform);
+  }
   return object;
 }
 
