@@ -51,7 +51,7 @@ PieceObjective::PieceObjective(const PieceGrid& grid, PieceRefinement refinement
     : pieces_(grid.pieces),
       split_(std::move(refinement.pieces)),
       refinement_(std::move(refinement.refinement)),
-      objective_(grid.problem, with_pieces(std::move(backend), grid, split_)),
+      objective_(mean_held(grid.problem), with_pieces(std::move(backend), grid, split_)),
       anchor_(anchor),
       regulariser_(regulariser),
       used_(pieces_->sum(static_cast<double>(objective_.problem().used()))) {
