@@ -2,7 +2,7 @@
 // scattering: half-space, slab of known thickness, or two layers one of which is known.
 //
 // A half-space's reflectance is diffusion's in closed form times a tabulated ratio, fitted to white
-// Monte Carlo runs (half_space_walk.h; `kappamu bench sfdi --section table` remakes the table). A
+// Monte Carlo runs (half_space_walk.h; `kappamu-studies sfdi --section table` remakes the table). A
 // slab's is the half-space's times diffusion's ratio of the two, glass slides included. Two layers'
 // is that of the half-space that has the same by diffusion: exact for equal layers, for a thin and
 // for a thick upper one, tested against Monte Carlo in between.

@@ -1,4 +1,4 @@
-"""The papers' figures made again (`kappamu bench figures`)."""
+"""The papers' figures made again (`kappamu-studies figures`)."""
 import pathlib
 
 import matplotlib

@@ -1,4 +1,4 @@
-"""`kappamu bench sfdi`."""
+"""`kappamu-studies sfdi`."""
 from charts.common import COLOURS, MARKS, dress, flat, panels, provenance
 
 

@@ -1,4 +1,4 @@
-// `kappamu bench figures`: the papers' figures made again.
+// `kappamu-studies figures`: the papers' figures made again.
 #pragma once
 
 #include "studies/subject.h"

@@ -8,8 +8,8 @@ namespace kappamu::studies {
 Subject figures_subject() {
   return {"figures",
           "Figures of the papers made again, in the papers' arrangement",
-          R"(  kappamu bench figures --section pictures --figure t-5-1 -o out/figures
-  kappamu bench figures --section weights -o out/figures --quick
+          R"(  kappamu-studies figures --section pictures --figure t-5-1 -o out/figures
+  kappamu-studies figures --section weights -o out/figures --quick
 
 Section pictures makes the figures that are pictures of scenes. Each is a file of
 studies/figures: a scene, and what rows and columns change of it. The record has the seconds

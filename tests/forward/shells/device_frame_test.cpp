@@ -1,4 +1,4 @@
-// The frame by OpenCL against the plain reference, pixel by pixel. How fast it is, `kappamu bench
+// The frame by OpenCL against the plain reference, pixel by pixel. How fast it is, `kappamu-studies
 // fur
 // --section speed` measures.
 #include "forward/shells/device_frame.h"

@@ -1,4 +1,4 @@
-// `kappamu bench figures`: what a figure's file may say, and that every section runs in its quick
+// `kappamu-studies figures`: what a figure's file may say, and that every section runs in its quick
 // form. Whether the pictures look like the papers' is for the eye.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
