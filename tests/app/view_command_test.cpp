@@ -4,7 +4,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
@@ -128,7 +130,25 @@ TEST_F(ViewCommand, ShapesAreEdits) {
 
 /// Shipped scenes, coarsely: at rest the window's picture is that of `kappamu render`, but for what
 /// both state of their exitance and for noise. Both draw the same rays.
-class ViewAsRender : public ViewCommand, public testing::WithParamInterface<const char*> {};
+class ViewAsRender : public ViewCommand, public testing::WithParamInterface<const char*> {
+ protected:
+  /// Of what the graphics card draws while things move: 0.027 to 0.040 were measured.
+  static constexpr double drawn_tolerance = 0.06;
+
+  /// Mean absolute difference from `kappamu render`, linear, over its mean.
+  double difference(const char* file) const {
+    const Image<std::uint16_t> one = io::read_code_image(folder() / file),
+                               other = io::read_code_image(folder() / "out/picture.png");
+    if (!one.same_shape(other)) throw std::runtime_error("pictures of two shapes");
+    double sum = 0.0, all = 0.0;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      const double drawn = render::srgb_decoded(other.values()[i] / 255.0);
+      sum += std::abs(render::srgb_decoded(one.values()[i] / 255.0) - drawn);
+      all += drawn;
+    }
+    return sum / all;
+  }
+};
 
 TEST_P(ViewAsRender, ShowsTheSamePicture) {
   json scene =
@@ -140,7 +160,8 @@ TEST_P(ViewAsRender, ShowsTheSamePicture) {
   scene["film"] = {{"width", 80}, {"height", 60}, {"samples", 16}, {"exposure", 1.5}};
   scene["model"] = {{"name", "polygrid"}, {"tolerance", 0.1}};
   io::write_text_atomically(folder() / "scene.json", scene.dump());
-  const ProcessResult viewed = view("panel off\nscreenshot seen.png\nquit\n");
+  const ProcessResult viewed =
+      view("panel off\nscreenshot seen.png\ntrace off\nscreenshot moving.png\nquit\n");
   if (viewed.standard_error.find("built without its window") != std::string::npos) {
     GTEST_SKIP() << viewed.standard_error;
   }
@@ -156,20 +177,11 @@ TEST_P(ViewAsRender, ShowsTheSamePicture) {
       stated = std::max(stated, channel["error"].get<double>());
     }
   }
-  const Image<std::uint16_t> seen = io::read_code_image(folder() / "seen.png"),
-                             drawn = io::read_code_image(folder() / "out/picture.png");
-  ASSERT_TRUE(seen.same_shape(drawn));
-  double difference = 0.0, all = 0.0;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    const double one = render::srgb_decoded(seen.values()[i] / 255.0),
-                 other = render::srgb_decoded(drawn.values()[i] / 255.0);
-    difference += std::abs(one - other);
-    all += other;
-  }
-  RecordProperty("difference", std::to_string(difference / all));
-  RecordProperty("stated", std::to_string(stated));
-  EXPECT_GT(all, 0.0);
-  EXPECT_LT(difference, stated * all) << GetParam();
+  const double at_rest = difference("seen.png"), while_moving = difference("moving.png");
+  std::printf("%s: at rest %.4f, while things move %.4f, stated %.4f\n", GetParam(), at_rest,
+              while_moving, stated);
+  EXPECT_LT(at_rest, stated);
+  EXPECT_LT(while_moving, drawn_tolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ViewAsRender,
