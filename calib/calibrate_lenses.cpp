@@ -213,9 +213,9 @@ ProjectorMap read_code(const capture::Session& session, const capture::Projector
   }
   std::optional<ProjectorMap> map;
   if (!plane.gray_code.empty()) {
-    map = decode_gray_code(
-        [&](std::size_t n) { return load_codes(session, plane.gray_code.at(n)); },
-        session.projector);
+    map =
+        decode_gray_code([&](std::size_t n) { return load_codes(session, plane.gray_code.at(n)); },
+                         session.projector);
   }
   if (plane.phase_shift.empty()) return std::move(*map);
   std::vector<PhaseFrames> sets;

@@ -52,8 +52,7 @@ ProjectorMap decode_gray_code(const FrameSource& frames, const capture::Projecto
       const auto decode = [&, &bright = lit, &dark = inverse](std::size_t begin, std::size_t end) {
         for (std::size_t k = begin; k < end; ++k) {
           if (!seen(k)) continue;
-          const double difference =
-              static_cast<double>(bright.values()[k]) - dark.values()[k];
+          const double difference = static_cast<double>(bright.values()[k]) - dark.values()[k];
           const bool legible = std::abs(difference) >= least_bit * brightest;
           float& code = map.pixel.values()[2 * k + axis];
           if (b == 1 && !legible) {

@@ -10,8 +10,8 @@
 
 namespace kappamu::calib {
 
-/// The frames of one capture::PhaseShift, grey and of equal size, linear in light; two are held at a
-/// time.
+/// The frames of one capture::PhaseShift, grey and of equal size, linear in light; two are held at
+/// a time.
 struct PhaseFrames {
   capture::PhaseShift::Along along = capture::PhaseShift::Along::columns;
   double period_px = 0.0;

@@ -13,8 +13,8 @@
 
 namespace kappamu::calib {
 
-/// Frame n of a code, grey: read when it is wanted, as all together would not fit into memory. Called
-/// from several threads.
+/// Frame n of a code, grey: read when it is wanted, as all together would not fit into memory.
+/// Called from several threads.
 using FrameSource = std::function<Image<float>(std::size_t n)>;
 
 struct ProjectorMap {

@@ -187,13 +187,14 @@ std::vector<Eigen::Matrix2d> steps_at(const BoardCorners& corners) {
   return steps;
 }
 
-/// Where the gradients about `start` meet, in a window of `half` pixels to each side. The picture is
-/// smoothed there alone.
+/// Where the gradients about `start` meet, in a window of `half` pixels to each side. The picture
+/// is smoothed there alone.
 Eigen::Vector2d by_gradients(const Image<float>& grey, const Eigen::Vector2d& start, int half) {
   const double deviation = std::min(1.5, half / 3.0);
   // OpenCV takes a start back where it leaves its window, and its Gaussian ends at four deviations.
   const int reach = 2 * half + 2 + static_cast<int>(std::ceil(4.0 * deviation));
-  const int x = static_cast<int>(std::lround(start.x())), y = static_cast<int>(std::lround(start.y()));
+  const int x = static_cast<int>(std::lround(start.x())),
+            y = static_cast<int>(std::lround(start.y()));
   const cv::Rect around = cv::Rect(x - reach, y - reach, 2 * reach + 1, 2 * reach + 1) &
                           cv::Rect(0, 0, grey.width(), grey.height());
   if (around.width <= 2 * half + 5 || around.height <= 2 * half + 5) return start;

@@ -243,11 +243,11 @@ Image<std::uint16_t> whole_frame(const Session& session, const Frame& frame, con
   }
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
-  Image<std::uint16_t> image =
-      is_headerless(camera, frame.file)
-          ? read_headerless(camera, path)
-          : io::read_code_image(
-                path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
+  Image<std::uint16_t> image = is_headerless(camera, frame.file)
+                                   ? read_headerless(camera, path)
+                                   : io::read_code_image(path, [&](const io::ImageSize& size) {
+                                       check_shape(session, path, size);
+                                     });
   check_codes(session, path, image);
   if (camera.encoding == Encoding::response) saturate_filled_border(image, top);
   return kept(io::turned(std::move(image), orientation_of(session)), part);

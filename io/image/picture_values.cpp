@@ -140,9 +140,8 @@ Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
                      colours(spec));
   const std::size_t row =
       static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels());
-  read_rows<Value>(input, file, kind, part, [&](int y, const Value* values) {
-    std::copy_n(values, row, &image(0, y));
-  });
+  read_rows<Value>(input, file, kind, part,
+                   [&](int y, const Value* values) { std::copy_n(values, row, &image(0, y)); });
   return image;
 }
 
