@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what kappamu builds and tests with: Debian 12 packages, by name, nothing else. Quick when they are there.
-#   scripts/setup.sh [--peers] [--distributed]     --peers: also the solver that `kappamu bench` sets beside ours (hypre, MPI)
+#   scripts/setup.sh [--peers] [--distributed]     --peers: also the solver that `kappamu-studies` sets beside ours (hypre, MPI)
 #                                                  --distributed: also what kappamu-mpi is built with (PETSc, MPI: 60 MB)
 set -euo pipefail
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Charts and tables of the records that `kappamu bench` wrote.
+"""Charts and tables of the records that `kappamu-studies` wrote.
 
     studies/bench_charts.py FOLDER              draws FOLDER/<record>.png and writes FOLDER/<record>.md
     studies/bench_charts.py FOLDER PAGE.md...   also renews the pages: the text between `<!-- bench:<record> -->`
@@ -24,6 +24,7 @@ from charts.limits import LIMITS
 from charts.maps import map_pictures
 from charts.objects import automatic, estimates, invariances, object_costs, objects, pictures, refinement
 from charts.rig import calibration, hdr, rig
+from charts.sfdi import peer
 from charts.surfaces import form_factors, importance, polygrid_convergence, polygrid_frames, polygrid_quality
 
 
@@ -34,7 +35,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "inverse-voxels": voxels, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "inverse-coverage": coverage,
-            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
+            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr, "sfdi-peer": peer,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-estimate": estimates, "objects-picture": pictures, "objects-invariance": invariances,
@@ -98,7 +99,7 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     drawn, texts = draw(folder)
     if not drawn and not texts:
-        raise SystemExit(f"bench_charts: {folder} holds no record; measure with `kappamu bench SUBJECT -o {folder}`")
+        raise SystemExit(f"bench_charts: {folder} holds no record; measure with `kappamu-studies SUBJECT -o {folder}`")
     for page in map(pathlib.Path, sys.argv[2:]):
         text = page.read_text()
         write(page, renewed(text, texts))

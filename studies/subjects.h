@@ -1,4 +1,4 @@
-// The subjects of `kappamu bench`, each made where its sections are.
+// The subjects of `kappamu-studies`, each made where its sections are.
 #pragma once
 
 #include "studies/subject.h"

@@ -12,6 +12,7 @@
 #include "app/command.h"
 #include "app/forward_input.h"
 #include "app/forward_output.h"
+#include "app/options/block_options.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "forward/diffusion_warnings.h"
@@ -23,38 +24,17 @@ namespace kappamu::app {
 
 namespace {
 
-using forward::Convention;
-using forward::SourceModel;
-
 struct ForwardArguments {
   ForwardFiles files;
   std::string out;
   std::string method = "multigrid";
-  double eta = 1.3;
-  std::string lit_face = "z-";
-  std::string sides = "open";
-  std::optional<std::string> source;
-  std::string convention = "physical";
+  BlockOptions block;
   std::string precision = "single";
   std::vector<double> direction;    ///< x, y, z or empty
   std::vector<std::string> points;  ///< "x,y,z" or "x,y,z,power" each
   std::optional<std::string> fluence;
   forward::ForwardOptions model;
 };
-
-forward::GridSetup setup_of(const ForwardArguments& options, const GridShape& shape) {
-  forward::GridSetup setup;
-  setup.shape = shape;
-  setup.eta = options.eta;
-  setup.lit_face = face_from_string(options.lit_face);
-  setup.sides = sides_from_string(options.sides);
-  setup.convention = options.convention == "wang2008" ? Convention::wang2008 : Convention::physical;
-  // wang2008 has one source only, so it is the default there.
-  const std::string source = options.source.value_or(
-      setup.convention == Convention::wang2008 ? "boundary" : "first-collision");
-  setup.source = source == "boundary" ? SourceModel::boundary : SourceModel::first_collision;
-  return setup;
-}
 
 const forward::MethodName& method_named(const std::string& name) {
   const auto& methods = forward::forward_methods();
@@ -98,7 +78,7 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
   const forward::MethodName& method = method_named(arguments.method);
   forward::ForwardProblem problem;
   problem.medium = read_medium(arguments.files);
-  problem.setup = setup_of(arguments, problem.medium.kappa.shape());
+  problem.setup = arguments.block.setup(problem.medium.kappa.shape());
   const GridShape& shape = problem.setup.shape;
   read_light(arguments, problem);
 
@@ -252,32 +232,12 @@ void add_forward(CLI::App& app, Globals& globals) {
       ->check(positive_number);
   command->add_option("--channel", files.channel, "Channel of a .vdb with several, such as R");
   add_most_voxels(*command, files.most_voxels);
-  command->add_option("--eta", options->eta, "Relative refractive index (default 1.3)");
   std::vector<std::string> methods;
   for (const auto& method : forward::forward_methods()) methods.push_back(method.name);
   command->add_option("--method", options->method, "Default multigrid; see METHODS below")
       ->check(CLI::IsMember(methods))
       ->type_name("NAME");
-  const std::vector<std::string> faces{"x-", "x+", "y-", "y+", "z-", "z+"};
-  command->add_option("--lit-face", options->lit_face, "Where light enters (default z-)")
-      ->check(CLI::IsMember(faces))
-      ->type_name("FACE");
-  command
-      ->add_option("--sides", options->sides,
-                   "open (default): Robin on the four faces beside the lit one; mirror: no flux")
-      ->check(CLI::IsMember({"open", "mirror"}));
-  command->add_option("--source", options->source, "first-collision (default) or boundary")
-      ->check(CLI::IsMember({"first-collision", "boundary"}));
-  command->add_option("--convention", options->convention, "physical (default) or wang2008")
-      ->check(CLI::IsMember({"physical", "wang2008"}));
-  command
-      ->add_option("--tolerance", options->model.solve.tolerance,
-                   "Relative residual to reach for every pattern (default 1e-6)")
-      ->check(CLI::Range(1e-14, 0.1));
-  command
-      ->add_option("--max-iterations", options->model.solve.max_iterations,
-                   "Iterations allowed (default 200)")
-      ->check(CLI::Range(1, 100'000'000));
+  add_block_options(*command, options->block, options->model.solve);
   command->add_option("--precision", options->precision, "single (default) or double storage")
       ->check(CLI::IsMember({"single", "double"}));
   command

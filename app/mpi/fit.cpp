@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -7,12 +8,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/mpi/commands.h"
+#include "app/mpi/fit_folder.h"
 #include "app/mpi/npy_parts.h"
 #include "app/mpi/path_files.h"
 #include "app/mpi/piece_warnings.h"
+#include "app/options/fit_options.h"
+#include "core/appearance_error.h"
 #include "core/error.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
@@ -21,12 +26,12 @@
 #include "inverse/distributed/distributed_fit.h"
 #include "io/atomic_file.h"
 #include "io/measurements_file.h"
-#include "io/volume/volume_file.h"
 #include "pipeline/fit_files.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/records/channel_json.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_record.h"
+#include "pipeline/stages/validation_choice.h"
 #include "pipeline/verify.h"
 
 namespace kappamu::app::mpi {
@@ -36,10 +41,24 @@ namespace {
 namespace fs = std::filesystem;
 using namespace forward::distributed;
 using inverse::distributed::PieceFit;
+using inverse::distributed::PieceGrid;
 using Json = nlohmann::ordered_json;
 
-/// Voxels beyond which a coarser volume is left beside, for programs of one machine.
-constexpr std::size_t most_for_one_machine = std::size_t{1} << 24;
+/// Of what `kappamu fit` can be asked for.
+constexpr std::array<std::string_view, 14> taken{"convention",
+                                                 "model_error_relative",
+                                                 "model_error_of_maximum",
+                                                 "regulariser",
+                                                 "edge_slope",
+                                                 "weight",
+                                                 "target_chi2",
+                                                 "stage_tolerance",
+                                                 "final_tolerance",
+                                                 "stage_steps",
+                                                 "max_levels",
+                                                 "correct_grid",
+                                                 "hold_out",
+                                                 "channels"};
 
 struct FitArguments {
   std::string input, out;
@@ -63,17 +82,49 @@ class Steps final : public Progress {
 
 /// What kappamu-mpi does not do is recorded as switched off.
 pipeline::FitStageOptions done_here(pipeline::FitStageOptions options) {
-  options.fit.regulariser.kind = inverse::RegulariserKind::h1;
+  if (options.fit.regulariser.kind == inverse::RegulariserKind::wang2008) {
+    throw InputError("the regulariser wang2008 is that of one machine; take huber-tv or h1");
+  }
   options.fit.path.model = inverse::Model::volume;
-  options.fit.path.correct_grid = false;
-  options.fit.path.max_levels = 1;
-  options.fit.uncertainty.probes = 0;
+  options.fit.data.physics = inverse::Physics::diffusion;
+  options.fit.solver.coordinates = inverse::Coordinates::informed;
+  options.fit.solver.optimiser.method = inverse::Method::lbfgs;
+  options.fit.uncertainty.probes = options.fit.uncertainty.sensitivity_probes = 0;
   options.fit.solver.backend.precision = forward::Precision::double_precision;
-  options.hold_out = "none";
   return options;
 }
 
 const MPI_Comm comm = MPI_COMM_WORLD;
+
+/// Of one channel.
+struct Validation {
+  inverse::distributed::PieceScore score;
+  std::vector<AppearanceError> error;  ///< of each pattern, all ranks together
+};
+
+/// Σ over all ranks by pattern, in exitance; the data's weights stand for their noise.
+std::vector<AppearanceError> errors_of(const PieceGrid& data,
+                                       const std::vector<double>& prediction) {
+  const inverse::Problem& problem = data.problem;
+  const std::size_t pixels = problem.seen_shape().cells();
+  std::vector<double> sums(4 * static_cast<std::size_t>(problem.patterns), 0.0);
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    if (problem.weight[i] == 0.0) continue;
+    AppearanceError one;
+    one.add(prediction[i], problem.data[i], 1.0 / problem.weight[i]);
+    double* const sum = &sums[4 * (i / pixels)];
+    sum[0] += one.misfit;
+    sum[1] += one.signal;
+    sum[2] += one.noise;
+    sum[3] += 1.0;
+  }
+  data.pieces->sum(sums);
+  std::vector<AppearanceError> errors;
+  for (std::size_t k = 0; k < sums.size(); k += 4) {
+    errors.push_back({sums[k], sums[k + 1], sums[k + 2], static_cast<std::size_t>(sums[k + 3])});
+  }
+  return errors;
+}
 
 class Fit {
  public:
@@ -84,11 +135,10 @@ class Fit {
  private:
   SurfaceMeasurements read_channel(std::size_t channel) const;
   void require_usable(const SurfaceMeasurements& piece) const;
+  void choose_validation(const PieceGrid& all);
+  PieceFit fit_all(const std::string& name, const PieceGrid& all);
   void fit(std::size_t channel);
-  void keep(const std::string& channel, const PieceFit& found);
-  void keep_coarse(const PieceFit& found);
-  std::vector<float> own(const std::vector<double>& logs) const;
-  io::VolumeSet described(const GridShape& shape) const;
+  std::vector<double> with_validation(std::vector<double> prediction) const;
   Json record(double seconds, const std::vector<double>& memory) const;
 
   pipeline::FitStageOptions options_;
@@ -103,7 +153,10 @@ class Fit {
   std::vector<inverse::FitReport> reports_;
   double used_ = 0.0;
   std::vector<std::string> warnings_;
-  io::VolumeSet coarse_;  ///< on the first rank
+  std::optional<FitFolder> files_;
+  std::optional<pipeline::ValidationChoice> choice_;
+  std::vector<int> fitted_;             ///< patterns that the validated fit sees
+  std::vector<Validation> validation_;  ///< by channel; empty without any
   int exit_code_ = 0;
 };
 
@@ -134,12 +187,8 @@ Fit::Fit(const FitArguments& arguments, bool steps)
   header_.patterns = static_cast<int>(shape.front());
   channels_ = pipeline::channels_of(header_, options_.channels);
   pieces_ = std::make_shared<BlockPieces>(
-      comm, inverse::make_setup(header_, options_.fit.data.convention));
-  if (!header_.smooth_error.none()) {
-    warnings_.emplace_back(
-        "Errors that pixels share (smooth_error) are taken for independent ones: the volumes may "
-        "follow them");
-  }
+      comm, inverse::make_setup(header_, options_.fit.data.convention),
+      options_.fit.path.max_levels - 1);
   on_first(comm, [&] {
     const std::string key = pipeline::Fingerprint()
                                 .add(pipeline::options_json(options_))
@@ -147,12 +196,15 @@ Fit::Fit(const FitArguments& arguments, bool steps)
                                 .add("kappamu-mpi")
                                 .text();
     std::vector<std::string> outputs = pipeline::fit_outputs(out_);
-    for (const char* name : {"volume.json", "coarse"}) outputs.emplace_back(name);
+    for (const char* name : {"volume.json", "coarse", pipeline::validated_folder}) {
+      outputs.emplace_back(name);
+    }
     output_ = std::make_unique<pipeline::OutputFolder>(
         out_, "fit", std::vector<fs::path>{folder_}, outputs, pipeline::Former::removed, key,
         options_.restart ? pipeline::Interrupted::removed : pipeline::Interrupted::continued);
   });
   partial_ = shared(comm, output_ ? output_->partial().string() : std::string());
+  files_.emplace(header_, *pieces_, partial_, channels_.size());
 }
 
 /// One channel of the piece, as if that were the block.
@@ -205,98 +257,80 @@ void Fit::require_usable(const SurfaceMeasurements& piece) const {
   }
 }
 
+/// By the light of the whole face, as the single machine does.
+void Fit::choose_validation(const PieceGrid& all) {
+  if (choice_) return;
+  const inverse::Problem whole = inverse::distributed::whole_problem(all);
+  SurfaceMeasurements light;
+  light.grid = whole.setup.shape;
+  light.lit_face = header_.lit_face;
+  light.seen_face = header_.seen_face;
+  light.patterns = header_.patterns;
+  light.irradiance.assign(whole.irradiance.begin(), whole.irradiance.end());
+  choice_ = pipeline::choose_validation(options_.hold_out, light,
+                                        pipeline::ValidationMeasurements::absent);
+  if (choice_->warning) warnings_.push_back(*choice_->warning);
+  const std::vector<int>& out = choice_->patterns;
+  for (int m = 0; m < header_.patterns; ++m) {
+    if (std::find(out.begin(), out.end(), m) == out.end()) fitted_.push_back(m);
+  }
+}
+
+/// fit_validated() of a volume: a fit without the validation patterns, its score, and one more
+/// minimisation of all patterns at the weight found.
+PieceFit Fit::fit_all(const std::string& name, const PieceGrid& all) {
+  using namespace inverse::distributed;
+  const auto fit_by = [&](const PieceGrid& data, const inverse::FitOptions& how,
+                          const std::string& file, const PieceContext& context) {
+    const PathFiles files(pieces_, partial_, file);
+    return fit_pieces(data, how,
+                      {[&](const auto& state) { files.save(state); }, [&] { return files.load(); }},
+                      progress_, context);
+  };
+  if (choice_->patterns.empty()) return fit_by(all, options_.fit, name, {});
+  PieceFit first = fit_by(select_patterns(all, fitted_), options_.fit, name, {{}, true});
+  const PieceGrid apart = select_patterns(all, choice_->patterns);
+  Validation validation{score_pieces(apart, first.own, options_.fit), {}};
+  validation.error = errors_of(apart, validation.score.prediction);
+  validation_.push_back(std::move(validation));
+  files_->keep_validated(name, first.own);
+  inverse::FitOptions again = options_.fit;
+  again.path.weight = first.report.weight;
+  return fit_by(all, again, "all_" + name, {PieceContinuation{first.own, first.report}, false});
+}
+
+/// Validation patterns as the volume predicts them that did not see them.
+std::vector<double> Fit::with_validation(std::vector<double> prediction) const {
+  if (choice_->patterns.empty()) return prediction;
+  const std::vector<double>& apart = validation_.back().score.prediction;
+  const std::size_t pixels = apart.size() / choice_->patterns.size();
+  for (std::size_t k = 0; k < choice_->patterns.size(); ++k) {
+    std::copy_n(apart.begin() + static_cast<std::ptrdiff_t>(k * pixels), pixels,
+                prediction.begin() + static_cast<std::ptrdiff_t>(
+                                         static_cast<std::size_t>(choice_->patterns[k]) * pixels));
+  }
+  return prediction;
+}
+
 void Fit::fit(std::size_t channel) {
   const std::string name = header_.channels[channel];
-  const inverse::Problem problem = inverse::distributed::piece_problem(
-      *pieces_, read_channel(channel), options_.fit.data.convention, options_.fit.data.model_error);
-  const double used = pieces_->sum(static_cast<double>(problem.used()));
+  const PieceGrid all{pieces_, inverse::distributed::piece_problem(*pieces_, read_channel(channel),
+                                                                   options_.fit.data.convention,
+                                                                   options_.fit.data.model_error)};
+  const double used = pieces_->sum(static_cast<double>(all.problem.used()));
   if (used == 0.0) throw InputError(folder_.string() + ": mask leaves nothing to fit");
-  const double all = static_cast<double>(header_.seen_shape().cells()) * header_.patterns;
-  used_ += used / all / static_cast<double>(channels_.size());
-  const PathFiles files(*pieces_, partial_, name);
-  PieceFit found = inverse::distributed::fit_pieces(
-      pieces_, problem, options_.fit,
-      {[&](const auto& state) { files.save(state); }, [&] { return files.load(); }}, progress_);
-  keep(name, found);
+  const double count = static_cast<double>(header_.seen_shape().cells()) * header_.patterns;
+  used_ += used / count / static_cast<double>(channels_.size());
+  choose_validation(all);
+  PieceFit found = fit_all(name, all);
+  files_->keep_prediction(with_validation(found.prediction));
+  files_->keep(name, found);
+  names_.push_back(name);
   for (const std::string& sentence :
        piece_warnings(*pieces_, found.fields.log_kappa, found.fields.log_mu, true)) {
     found.report.warnings.push_back(sentence);
   }
   reports_.push_back(std::move(found.report));
-}
-
-std::vector<float> Fit::own(const std::vector<double>& logs) const {
-  std::vector<float> values(pieces_->owned().cells());
-  pieces_->for_own(
-      [&](std::size_t i, std::size_t k) { values[k] = static_cast<float>(std::exp(logs[i])); });
-  return values;
-}
-
-void Fit::keep(const std::string& channel, const PieceFit& found) {
-  const Part part = volume_part(header_.grid, pieces_->owned());
-  write_part(comm, partial_ / ("kappa_" + channel + ".npy"), part,
-             std::span<const float>(own(found.fields.log_kappa)));
-  write_part(comm, partial_ / ("mu_" + channel + ".npy"), part,
-             std::span<const float>(own(found.fields.log_mu)));
-  const double per_value = inverse::exitance_per_value(header_, pieces_->whole());
-  const FaceShape face = face_shape(pieces_->piece().shape, header_.seen_face);
-  std::vector<float> prediction;
-  for (std::size_t i = 0; i < found.prediction.size(); ++i) {
-    const int k = static_cast<int>(i % face.cells());
-    if (!pieces_->owns_pixel(header_.seen_face, k % face.nu, k / face.nu)) continue;
-    prediction.push_back(static_cast<float>(found.prediction[i] / per_value));
-  }
-  write_part(
-      comm, partial_ / "prediction.npy",
-      within(face_part(header_.grid, header_.seen_face, header_.patterns, pieces_->owned(), true),
-             names_.size(), channels_.size()),
-      std::span<const float>(prediction));
-  names_.push_back(channel);
-  if (header_.grid.cells() > most_for_one_machine) keep_coarse(found);
-}
-
-/// Means over 2^n voxels along each axis, on the first rank.
-void Fit::keep_coarse(const PieceFit& found) {
-  int factor = 2;
-  while (header_.grid.cells() / (static_cast<std::size_t>(factor) * factor * factor) >
-         most_for_one_machine / 8) {
-    factor *= 2;
-  }
-  const GridShape& whole = header_.grid;
-  const auto coarse = [&](int n) { return (n + factor - 1) / factor; };
-  const GridShape shape{coarse(whole.nx), coarse(whole.ny), coarse(whole.nz),
-                        factor * whole.voxel_mm};
-  std::vector<double> kappa(shape.cells(), 0.0), mu = kappa, count = kappa;
-  const GridShape& piece = pieces_->piece().shape;
-  const auto& first = pieces_->held().begin;
-  pieces_->for_own([&](std::size_t i, std::size_t) {
-    const auto nx = static_cast<std::size_t>(piece.nx), ny = static_cast<std::size_t>(piece.ny);
-    const std::size_t to = shape.index((static_cast<int>(i % nx) + first[0]) / factor,
-                                       (static_cast<int>(i / nx % ny) + first[1]) / factor,
-                                       (static_cast<int>(i / nx / ny) + first[2]) / factor);
-    kappa[to] += std::exp(found.fields.log_kappa[i]);
-    mu[to] += std::exp(found.fields.log_mu[i]);
-    count[to] += 1.0;
-  });
-  for (std::vector<double>* sums : {&kappa, &mu, &count}) pieces_->sum(*sums);
-  for (std::size_t i = 0; i < count.size(); ++i) {
-    kappa[i] /= count[i];
-    mu[i] /= count[i];
-  }
-  coarse_.media.push_back({{shape, std::move(kappa)}, {shape, std::move(mu)}});
-}
-
-/// What volume.json says of the volumes, which are not here.
-io::VolumeSet Fit::described(const GridShape& shape) const {
-  io::VolumeSet set;
-  set.channels = names_;
-  for (std::size_t c = 0; c < names_.size(); ++c) {
-    set.media.push_back({Volume<double>(shape, std::vector<double>()),
-                         Volume<double>(shape, std::vector<double>())});
-  }
-  set.eta = header_.eta;
-  set.metadata = {{"program", "kappamu-mpi fit"}, {"device", reports_.front().backend}};
-  return set;
 }
 
 Json Fit::record(double seconds, const std::vector<double>& memory) const {
@@ -306,10 +340,27 @@ Json Fit::record(double seconds, const std::vector<double>& memory) const {
   std::vector<std::string> warnings = warnings_;
   for (std::size_t c = 0; c < names_.size(); ++c) {
     const inverse::FitReport& report = reports_[c];
-    evidence.channels.push_back({names_[c], report.status, report.chi2_per_value});
+    evidence.channels.push_back(
+        {names_[c], report.status, report.chi2_per_value, 0.0, report.shared});
     statuses.push_back(report.status);
-    channels.push_back(pipeline::channel_json(names_[c], report));
+    Json channel = pipeline::channel_json(names_[c], report);
+    if (!validation_.empty()) {
+      AppearanceError all;
+      for (const AppearanceError& error : validation_[c].error) all.add(error);
+      channel["validation_E"] = all.E();
+      channel["validation_noise_E"] = all.noise_E();
+      channel["validation_chi2_per_value"] = validation_[c].score.chi2_per_value;
+      channel["validation_values_used"] = all.count;
+      evidence.validation.resize(validation_[c].error.size());
+      for (std::size_t k = 0; k < evidence.validation.size(); ++k) {
+        evidence.validation[k].add(validation_[c].error[k]);
+      }
+    }
+    channels.push_back(std::move(channel));
     for (const std::string& w : report.warnings) warnings.push_back(names_[c] + ": " + w);
+  }
+  for (const int pattern : choice_->patterns) {
+    evidence.validation_names.push_back(std::to_string(pattern));
   }
   evidence.used = used_;
   evidence.front_lit = header_.lit_face == header_.seen_face;
@@ -328,7 +379,7 @@ Json Fit::record(double seconds, const std::vector<double>& memory) const {
   fit["memory_peak_bytes_by_rank"] = memory;
   fit["input"] = input_.string();
   fit["options"] = Json::parse(pipeline::options_json(options_));
-  fit["validation"] = {{"source", "none"}, {"patterns", Json::array()}};
+  fit["validation"] = {{"source", to_string(choice_->source)}, {"patterns", choice_->patterns}};
   fit["channels"] = channels;
   fit["warnings"] = warnings;
   return fit;
@@ -341,14 +392,13 @@ Json Fit::run() {
   std::vector<double> memory(static_cast<std::size_t>(pieces_->ranks()));
   MPI_Allgather(&mine, 1, MPI_DOUBLE, memory.data(), 1, MPI_DOUBLE, comm);
   const Json fit = record(watch.seconds(), memory);
-  for (const std::string& name : names_) PathFiles(*pieces_, partial_, name).remove();
-  on_first(comm, [&] {
-    if (!coarse_.media.empty()) {
-      io::VolumeSet words = described(coarse_.shape());
-      words.media = std::move(coarse_.media);
-      io::write_volume_folder(partial_ / "coarse", words);
+  for (const std::string& name : names_) {
+    for (const std::string& file : {name, "all_" + name}) {
+      PathFiles(pieces_, partial_, file).remove();
     }
-    io::write_text_atomically(partial_ / "volume.json", io::volume_json(described(header_.grid)));
+  }
+  files_->write_words(reports_.front().backend);
+  on_first(comm, [&] {
     io::write_text_atomically(partial_ / "fit.json", fit.dump(1) + "\n");
     output_->commit();
   });
@@ -387,27 +437,18 @@ void add_fit(CLI::App& app, Globals& globals) {
       R"(Find the volumes of kappa and mu that explain surface measurements, cut between the ranks.
 
 Reads what `kappamu fit` reads and leaves a folder that `kappamu report`, `export` and `view`
-read. The whole grid from the start, smoothing H1, every pattern fitted, no deviations
-(docs/distributed.md). Killed and started again it goes on after the last weight that ended.)");
+read. Volumes alone, by diffusion, without deviations; all else is that fit (docs/distributed.md).
+Killed and started again it goes on at the weight that it had come to.)");
   auto options = std::make_shared<FitArguments>();
   auto steps = std::make_shared<bool>(false);
   pipeline::FitStageOptions& fit = options->options;
   command->add_option("input", options->input, "Folder of measurements, or run folder")->required();
   command->add_option("-o,--out", options->out, "Folder for the results; made if missing")
       ->required();
-  command->add_option("--channel", fit.channels, "Fit this channel only; may be repeated");
-  command->add_option("--lambda", fit.fit.path.weight, "Weight of the smoothing, fixed")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--final-tolerance", fit.fit.path.final_tolerance,
-                   "Relative decrease per step below which a minimum is found (default 3e-4)")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--steps", fit.fit.path.stage_steps, "Steps allowed at a weight (default 400)")
-      ->check(CLI::PositiveNumber);
+  add_fit_options(*command, fit, taken);
   command
       ->add_option("--solver-tolerance", fit.fit.solver.backend.solve.tolerance,
-                   "Relative residual of a solve (default 1e-4)")
+                   "Least relative residual that a solve is asked for (default 1e-4)")
       ->check(CLI::Range(1e-14, 0.1));
   command->add_flag("--restart", fit.restart, "Ignore the checkpoints in OUT");
   command->add_flag("--verbose", *steps, "A line for each step");

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "app/mpi/commands.h"
 #include "app/mpi/npy_parts.h"
 #include "app/mpi/piece_warnings.h"
+#include "app/options/block_options.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/processor_time.h"
@@ -39,9 +39,7 @@ constexpr int patterns_at_once = 16;
 struct ForwardArguments {
   std::string kappa, mu, irradiance, out;
   double voxel = 0.0;
-  double eta = 1.3;
-  std::string lit_face = "z-", sides = "open", convention = "physical";
-  std::optional<std::string> source;
+  BlockOptions block;
   SolveOptions solve;
 };
 
@@ -57,18 +55,8 @@ GridSetup setup_of(const ForwardArguments& arguments) {
   if (shape.size() != 3 || shape[0] * shape[1] * shape[2] == 0) {
     throw InputError(arguments.kappa + ": kappa must be an array [z][y][x]");
   }
-  GridSetup setup;
-  setup.shape = {static_cast<int>(shape[2]), static_cast<int>(shape[1]), static_cast<int>(shape[0]),
-                 arguments.voxel};
-  setup.eta = arguments.eta;
-  setup.lit_face = face_from_string(arguments.lit_face);
-  setup.sides = sides_from_string(arguments.sides);
-  const bool paper = arguments.convention == "wang2008";
-  setup.convention = paper ? Convention::wang2008 : Convention::physical;
-  setup.source = arguments.source.value_or(paper ? "boundary" : "first-collision") == "boundary"
-                     ? SourceModel::boundary
-                     : SourceModel::first_collision;
-  return setup;
+  return arguments.block.setup({static_cast<int>(shape[2]), static_cast<int>(shape[1]),
+                                static_cast<int>(shape[0]), arguments.voxel});
 }
 
 /// Of the piece, halo included.
@@ -261,23 +249,7 @@ Reads and writes what `kappamu forward` does, .npy arrays alone, by the method m
       ->required()
       ->check(CLI::PositiveNumber);
   command->add_option("-o,--out", options->out, "Folder for the maps; made if missing")->required();
-  command->add_option("--eta", options->eta, "Relative refractive index (default 1.3)");
-  command->add_option("--lit-face", options->lit_face, "Where light enters (default z-)")
-      ->check(CLI::IsMember({"x-", "x+", "y-", "y+", "z-", "z+"}));
-  command->add_option("--sides", options->sides, "open (default) or mirror")
-      ->check(CLI::IsMember({"open", "mirror"}));
-  command->add_option("--source", options->source, "first-collision (default) or boundary")
-      ->check(CLI::IsMember({"first-collision", "boundary"}));
-  command->add_option("--convention", options->convention, "physical (default) or wang2008")
-      ->check(CLI::IsMember({"physical", "wang2008"}));
-  command
-      ->add_option("--tolerance", options->solve.tolerance,
-                   "Relative residual to reach for every pattern (default 1e-6)")
-      ->check(CLI::Range(1e-14, 0.1));
-  command
-      ->add_option("--max-iterations", options->solve.max_iterations,
-                   "Iterations allowed (default 200)")
-      ->check(CLI::Range(1, 100'000'000));
+  add_block_options(*command, options->block, options->solve);
   command->callback([options, &globals] { run_forward(*options, globals); });
 }
 

@@ -13,27 +13,56 @@ namespace kappamu::app::mpi {
 namespace {
 
 namespace fs = std::filesystem;
+using forward::distributed::BlockPieces;
 using forward::distributed::on_first;
 using forward::distributed::shared;
 using inverse::distributed::PathState;
 using Json = nlohmann::json;
 
 /// [κ, μ][z][y][x], this rank's voxels of both.
-Part part_of(const forward::distributed::BlockPieces& pieces) {
+Part part_of(const BlockPieces& pieces) {
   Part part = within(volume_part(pieces.whole().shape, pieces.owned()), 0, 2);
   part.count.front() = 2;
   return part;
+}
+
+/// Of a coarser grid; null where these pieces are not halved so often.
+std::shared_ptr<const BlockPieces> on_level(std::shared_ptr<const BlockPieces> pieces, int level) {
+  for (; level > 0 && pieces; --level)
+    pieces = pieces->halvings() > 0 ? pieces->coarser() : nullptr;
+  return pieces;
+}
+
+Json solves_json(const inverse::SolveCount& solves) {
+  return {solves.forward, solves.adjoint, solves.refined, solves.tangent, solves.voxel_iterations};
+}
+
+inverse::SolveCount solves_from(const Json& json) {
+  inverse::SolveCount solves;
+  solves.forward = json.at(0).get<int>();
+  solves.adjoint = json.at(1).get<int>();
+  solves.refined = json.at(2).get<int>();
+  solves.tangent = json.at(3).get<int>();
+  solves.voxel_iterations = json.at(4).get<double>();
+  return solves;
 }
 
 Json to_json(const PathState& state) {
   const inverse::FitReport& report = state.report;
   Json history = Json::array();
   for (const inverse::StepRecord& r : report.history) {
-    history.push_back({r.weight, r.step, r.solves.forward, r.solves.adjoint, r.objective,
+    history.push_back({r.level, r.weight, r.step, solves_json(r.solves), r.objective,
                        r.chi2_per_value, r.roughness, r.seconds});
   }
-  return {{"weight", state.weight},
+  return {{"level", state.level},
+          {"closer", state.closer},
+          {"weight", state.weight},
+          {"last", state.last},
+          {"end", static_cast<int>(state.end)},
+          {"last_chi2", state.last_chi2},
+          {"last_score", state.last_score},
           {"seconds", state.seconds},
+          {"solves", solves_json(report.solves)},
           {"homogeneous",
            {report.homogeneous_kappa, report.homogeneous_mu, report.homogeneous_log_residual}},
           {"model", report.model.reason},
@@ -43,21 +72,28 @@ Json to_json(const PathState& state) {
 
 PathState from_json(const Json& json) {
   PathState state;
+  state.level = json.at("level").get<int>();
+  state.closer = json.at("closer").get<bool>();
   state.weight = json.at("weight").get<double>();
+  state.last = json.at("last").get<bool>();
+  state.end = static_cast<inverse::PathEnd>(json.at("end").get<int>());
+  state.last_chi2 = json.at("last_chi2").get<double>();
+  state.last_score = json.at("last_score").get<double>();
   state.seconds = json.at("seconds").get<double>();
   inverse::FitReport& report = state.report;
   report.homogeneous_kappa = json.at("homogeneous").at(0).get<double>();
   report.homogeneous_mu = json.at("homogeneous").at(1).get<double>();
   report.homogeneous_log_residual = json.at("homogeneous").at(2).get<double>();
+  report.solves = solves_from(json.at("solves"));
   report.model.model = inverse::Model::volume;
   report.model.reason = json.at("model").get<std::string>();
   report.warnings = json.at("warnings").get<std::vector<std::string>>();
   for (const Json& r : json.at("history")) {
     inverse::StepRecord& step = report.history.emplace_back();
-    step.weight = r.at(0).get<double>();
-    step.step = r.at(1).get<int>();
-    step.solves.forward = r.at(2).get<int>();
-    step.solves.adjoint = r.at(3).get<int>();
+    step.level = r.at(0).get<int>();
+    step.weight = r.at(1).get<double>();
+    step.step = r.at(2).get<int>();
+    step.solves = solves_from(r.at(3));
     step.objective = r.at(4).get<double>();
     step.chi2_per_value = r.at(5).get<double>();
     step.roughness = r.at(6).get<double>();
@@ -70,8 +106,11 @@ PathState from_json(const Json& json) {
 
 void PathFiles::save(const PathState& state) const {
   const std::size_t steps = state.report.history.size();
-  write_part(pieces_.comm(), array(steps), part_of(pieces_), std::span<const double>(state.own));
-  on_first(pieces_.comm(), [&] {
+  const auto pieces = on_level(pieces_, state.level);
+  std::vector<double> own = state.own.log_kappa;
+  own.insert(own.end(), state.own.log_mu.begin(), state.own.log_mu.end());
+  write_part(pieces->comm(), array(steps), part_of(*pieces), std::span<const double>(own));
+  on_first(pieces_->comm(), [&] {
     Json json = to_json(state);
     json["array"] = array(steps).filename().string();
     io::write_text_atomically(json_file(), json.dump());
@@ -86,16 +125,20 @@ void PathFiles::save(const PathState& state) const {
 
 std::optional<PathState> PathFiles::load() const {
   std::string text;
-  on_first(pieces_.comm(), [&] {
+  on_first(pieces_->comm(), [&] {
     if (fs::exists(json_file())) text = io::read_text(json_file());
   });
-  text = shared(pieces_.comm(), text);
+  text = shared(pieces_->comm(), text);
   if (text.empty()) return std::nullopt;
   try {
     const Json json = Json::parse(text);
     PathState state = from_json(json);
-    state.own =
-        read_part(pieces_.comm(), folder_ / json.at("array").get<std::string>(), part_of(pieces_));
+    const auto pieces = on_level(pieces_, state.level);
+    if (!pieces) return std::nullopt;
+    const std::vector<double> own =
+        read_part(pieces->comm(), folder_ / json.at("array").get<std::string>(), part_of(*pieces));
+    const auto half = own.begin() + static_cast<std::ptrdiff_t>(own.size() / 2);
+    state.own = {{own.begin(), half}, {half, own.end()}};
     return state;
   } catch (const Json::exception&) {
     throw InputError(json_file().string() +
@@ -105,7 +148,7 @@ std::optional<PathState> PathFiles::load() const {
 }
 
 void PathFiles::remove() const {
-  on_first(pieces_.comm(), [&] {
+  on_first(pieces_->comm(), [&] {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder_)) {
       const std::string name = entry.path().filename().string();

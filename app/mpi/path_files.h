@@ -1,9 +1,10 @@
-// The state of a fit between two weights, on disk: the fields as one array that every rank writes
-// its part of, the rest as JSON, which comes last and names the array. Any number of ranks can go
-// on from it.
+// The state of a fit before a weight, on disk: the fields as one array that every rank writes its
+// part of, the rest as JSON, which comes last and names the array. Any number of ranks can go on
+// from it whose pieces have its grid.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,9 +16,10 @@ namespace kappamu::app::mpi {
 
 class PathFiles {
  public:
-  PathFiles(const forward::distributed::BlockPieces& pieces, std::filesystem::path folder,
-            const std::string& channel)
-      : pieces_(pieces), folder_(std::move(folder)), name_("checkpoint_" + channel) {}
+  /// `pieces` are those of the finest grid; `name` tells apart the fits of a folder.
+  PathFiles(std::shared_ptr<const forward::distributed::BlockPieces> pieces,
+            std::filesystem::path folder, const std::string& name)
+      : pieces_(std::move(pieces)), folder_(std::move(folder)), name_("checkpoint_" + name) {}
 
   void save(const inverse::distributed::PathState& state) const;
   std::optional<inverse::distributed::PathState> load() const;
@@ -30,7 +32,7 @@ class PathFiles {
     return folder_ / (name_ + "_" + std::to_string(steps) + ".npy");
   }
 
-  const forward::distributed::BlockPieces& pieces_;
+  std::shared_ptr<const forward::distributed::BlockPieces> pieces_;
   std::filesystem::path folder_;
   std::string name_;
 };

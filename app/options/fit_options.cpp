@@ -57,6 +57,14 @@ void add_fit_options(CLI::App& command, pipeline::FitStageOptions& options) {
   pipeline::describe(options, AddToCommand{command});
 }
 
+void add_fit_options(CLI::App& command, pipeline::FitStageOptions& options,
+                     std::span<const std::string_view> keys) {
+  pipeline::describe(options, [&](const Option& option, auto& value, const auto&... names) {
+    if (std::find(keys.begin(), keys.end(), option.name) == keys.end()) return;
+    AddToCommand{command}(option, value, names...);
+  });
+}
+
 std::string flag_of(const std::string& key) {
   std::string flag = "--" + key;
   std::replace(flag.begin(), flag.end(), '_', '-');

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 
@@ -13,7 +14,7 @@ namespace {
 
 /// `ranks` as a product for the two axes across the light: the least halo, with a column at least
 /// for each.
-std::array<int, 3> split(const GridShape& shape, int light_axis, int ranks) {
+std::array<int, 3> split_face(const GridShape& shape, int light_axis, int ranks) {
   const int a = light_axis == 0 ? 1 : 0, b = light_axis == 2 ? 1 : 2;
   std::array<int, 3> best{1, 1, 1};
   double least = 0.0;
@@ -44,18 +45,70 @@ void require_countable(std::size_t numbers) {
                    "(Debian: libpetsc64-real-dev)");
 }
 
-BlockPieces::BlockPieces(MPI_Comm comm, const GridSetup& whole)
-    : comm_(comm), whole_(whole), piece_(whole) {
-  MPI_Comm_rank(comm, &rank_);
+BlockPieces::BlockPieces(MPI_Comm comm, const GridSetup& whole, int halvings)
+    : comm_(comm), halvings_(halvings), whole_(whole), piece_(whole) {
   MPI_Comm_size(comm, &ranks_);
   const GridShape& s = whole.shape;
   require_countable(s.cells());
-  const auto parts = split(s, axis_of(whole.lit_face), ranks_);
-  petsc(DMDACreate3d(comm, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DMDA_STENCIL_STAR,
-                     s.nx, s.ny, s.nz, parts[0], parts[1], parts[2], 1, 1, nullptr, nullptr,
-                     nullptr, grid_.receive()));
-  petsc(DMDASetInterpolationType(grid_.get(), DMDA_Q0));
-  petsc(DMSetUp(grid_.get()));
+  const auto parts = split_face(s, axis_of(whole.lit_face), ranks_);
+  const auto units = [&](int axis) { return ((s.extent(axis) - 1) >> halvings_) + 1; };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int fewest = parts[axis] > 1 ? 2 * parts[axis] : 1;
+    while (halvings_ > 0 && units(axis) < fewest) --halvings_;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const int each = units(axis) / parts[axis], more = units(axis) % parts[axis];
+    for (int part = 0; part < parts[axis]; ++part) {
+      lengths_[axis].push_back((each + (part < more ? 1 : 0)) << halvings_);
+    }
+    lengths_[axis].back() -= (units(axis) << halvings_) - s.extent(axis);
+  }
+  cut(1);
+}
+
+BlockPieces::BlockPieces(MPI_Comm comm, const GridSetup& whole, Lengths lengths, int halo)
+    : comm_(comm), whole_(whole), piece_(whole), lengths_(std::move(lengths)) {
+  MPI_Comm_size(comm, &ranks_);
+  require_countable(whole.shape.cells());
+  cut(halo);
+}
+
+std::shared_ptr<const BlockPieces> BlockPieces::coarser() const {
+  check(halvings_ > 0, "these pieces cannot be halved");
+  GridSetup whole = whole_;
+  const GridShape& s = whole_.shape;
+  whole.shape = {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
+  Lengths lengths = lengths_;
+  for (auto& along : lengths) {
+    for (PetscInt& n : along) n = (n + 1) / 2;
+  }
+  std::shared_ptr<BlockPieces> pieces(new BlockPieces(comm_, whole, std::move(lengths), 1));
+  pieces->halvings_ = halvings_ - 1;
+  return pieces;
+}
+
+std::shared_ptr<const BlockPieces> BlockPieces::split(const GridSetup& whole) const {
+  Lengths lengths = lengths_;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (PetscInt& n : lengths[axis]) n *= 2;
+    lengths[axis].back() -= 2 * whole_.shape.extent(axis) - whole.shape.extent(axis);
+  }
+  return std::shared_ptr<const BlockPieces>(new BlockPieces(comm_, whole, std::move(lengths), 2));
+}
+
+void BlockPieces::cut(int halo) {
+  MPI_Comm_rank(comm_, &rank_);
+  const GridShape& s = whole_.shape;
+  const auto make = [&](DMDAStencilType stencil, int width, DM* grid) {
+    const auto parts = [&](int axis) { return static_cast<PetscInt>(lengths_[axis].size()); };
+    petsc(DMDACreate3d(comm_, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, DM_BOUNDARY_NONE, stencil, s.nx,
+                       s.ny, s.nz, parts(0), parts(1), parts(2), 1, width, lengths_[0].data(),
+                       lengths_[1].data(), lengths_[2].data(), grid));
+    petsc(DMDASetInterpolationType(*grid, DMDA_Q0));
+    petsc(DMSetUp(*grid));
+  };
+  make(DMDA_STENCIL_STAR, 1, grid_.receive());
+  make(DMDA_STENCIL_BOX, halo, halo_.receive());
   const auto box = [](auto corners, DM grid) {
     std::array<PetscInt, 3> first{}, extent{};
     petsc(corners(grid, &first[0], &first[1], &first[2], &extent[0], &extent[1], &extent[2]));
@@ -67,7 +120,7 @@ BlockPieces::BlockPieces(MPI_Comm comm, const GridSetup& whole)
     return result;
   };
   owned_ = box(DMDAGetCorners, grid_.get());
-  held_ = box(DMDAGetGhostCorners, grid_.get());
+  held_ = box(DMDAGetGhostCorners, halo_.get());
   piece_.shape = {held_.extent(0), held_.extent(1), held_.extent(2), s.voxel_mm};
 }
 
@@ -104,19 +157,13 @@ Vector BlockPieces::make_vector() const {
   return vector;
 }
 
-Vector BlockPieces::make_piece() const {
-  Vector vector;
-  petsc(DMCreateLocalVector(grid(), vector.receive()));
-  return vector;
-}
-
 void BlockPieces::read(Vec vector, std::span<double> values) const {
   Vec piece = nullptr;
-  petsc(DMGetLocalVector(grid(), &piece));
+  petsc(DMGetLocalVector(halo_.get(), &piece));
   petsc(VecPlaceArray(piece, values.data()));
-  petsc(DMGlobalToLocal(grid(), vector, INSERT_VALUES, piece));
+  petsc(DMGlobalToLocal(halo_.get(), vector, INSERT_VALUES, piece));
   petsc(VecResetArray(piece));
-  petsc(DMRestoreLocalVector(grid(), &piece));
+  petsc(DMRestoreLocalVector(halo_.get(), &piece));
 }
 
 void BlockPieces::fill(Vec vector, std::span<const double> values) const {

@@ -1,9 +1,9 @@
 // A block cut between the ranks of MPI: each owns the columns along the light of a rectangle of the
 // lit face, so that a beam never leaves its rank.
 //
-// The piece of a rank is what it owns and, towards each neighbour, a halo one voxel wide: a smaller
-// block of its own, whose arrays are [z][y][x] as any block's. Every rank of the communicator makes
-// the same calls in the same order.
+// The piece of a rank is what it owns and, towards each neighbour, a halo one voxel wide, corners
+// included: a smaller block of its own, whose arrays are [z][y][x] as any block's. Every rank of
+// the communicator makes the same calls in the same order.
 #pragma once
 
 #include <mpi.h>
@@ -35,12 +35,24 @@ void require_countable(std::size_t numbers);
 
 class BlockPieces {
  public:
-  /// Throws InputError, on every rank, where the block has fewer columns than there are ranks.
-  BlockPieces(MPI_Comm comm, const GridSetup& whole);
+  /// Cut so that voxels of twice the edge, `halvings` times over, nest on their rank; fewer times
+  /// where a rank would have less than two of them along an axis that is cut. Throws InputError, on
+  /// every rank, where the block has fewer columns than there are ranks.
+  BlockPieces(MPI_Comm comm, const GridSetup& whole, int halvings = 0);
+
+  /// The block in voxels of twice the edge, odd extents rounded up, each on the rank of what it is
+  /// made of. Only where halvings() is above 0.
+  std::shared_ptr<const BlockPieces> coarser() const;
+  /// The block `whole` in voxels of half the edge, cut in the same places. Its piece is this one
+  /// with every voxel split, so that the halo is two voxels wide; extents that were rounded up end
+  /// where `whole` does.
+  std::shared_ptr<const BlockPieces> split(const GridSetup& whole) const;
+  int halvings() const { return halvings_; }
 
   MPI_Comm comm() const { return comm_; }
   int rank() const { return rank_; }
   int ranks() const { return ranks_; }
+  /// That vectors and matrices are made of.
   DM grid() const { return grid_.get(); }
   const GridSetup& whole() const { return whole_; }
   const GridSetup& piece() const { return piece_; }  ///< halo included
@@ -66,9 +78,8 @@ class BlockPieces {
     }
   }
 
-  /// Vectors of the whole block, distributed; and of the piece, halo included.
+  /// A vector of the whole block, distributed.
   Vector make_vector() const;
-  Vector make_piece() const;
   /// `values` of the piece, the halo's from its owners.
   void read(Vec vector, std::span<double> values) const;
   /// The own part of `values` of the piece.
@@ -81,13 +92,21 @@ class BlockPieces {
   double sum(double value) const;
 
  private:
+  /// Voxels of each rank along each axis.
+  using Lengths = std::array<std::vector<PetscInt>, 3>;
+  BlockPieces(MPI_Comm comm, const GridSetup& whole, Lengths lengths, int halo);
+  void cut(int halo);
+
   /// Of the rank's own box in the piece.
   std::array<int, 3> offset() const;
 
   MPI_Comm comm_;
   int rank_ = 0, ranks_ = 1;
+  int halvings_ = 0;
   GridSetup whole_, piece_;
-  Grid grid_;
+  Lengths lengths_;
+  Grid grid_;  ///< neighbours across faces, which are all that a matrix needs
+  Grid halo_;  ///< and across edges
   Box owned_, held_;
 };
 

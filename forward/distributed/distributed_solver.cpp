@@ -362,12 +362,15 @@ void DistributedSolver::change_source(const EquationsChange& change, const Batch
 
 class DistributedOperators final : public OperatorFactory {
  public:
-  explicit DistributedOperators(std::shared_ptr<const BlockPieces> pieces)
+  explicit DistributedOperators(std::vector<std::shared_ptr<const BlockPieces>> pieces)
       : pieces_(std::move(pieces)) {}
   MadeOperator make(const GridSetup& setup, Face seen, const std::string& /*device*/,
                     Precision /*precision*/) const override {
-    check(setup.shape == pieces_->piece().shape, "another grid than that which was cut to pieces");
-    return {make_grid_operator(make_distributed_solver(pieces_), seen), ""};
+    const auto found = std::find_if(pieces_.begin(), pieces_.end(), [&](const auto& pieces) {
+      return pieces->piece().shape == setup.shape;
+    });
+    check(found != pieces_.end(), "a grid that was not cut to pieces");
+    return {make_grid_operator(make_distributed_solver(*found), seen), ""};
   }
   /// A row of the matrix and of its hierarchy, whose grids add about as much again; work vectors.
   std::size_t memory(const GridSetup& setup, int patterns, int fields, int at_once,
@@ -380,7 +383,7 @@ class DistributedOperators final : public OperatorFactory {
   }
 
  private:
-  std::shared_ptr<const BlockPieces> pieces_;
+  std::vector<std::shared_ptr<const BlockPieces>> pieces_;
 };
 
 }  // namespace
@@ -390,7 +393,7 @@ std::unique_ptr<GridSolver> make_distributed_solver(std::shared_ptr<const BlockP
 }
 
 std::shared_ptr<const OperatorFactory> distributed_operators(
-    std::shared_ptr<const BlockPieces> pieces) {
+    std::vector<std::shared_ptr<const BlockPieces>> pieces) {
   return std::make_shared<DistributedOperators>(std::move(pieces));
 }
 

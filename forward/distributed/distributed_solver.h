@@ -9,6 +9,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "forward/distributed/block_pieces.h"
 #include "forward/grid/grid_solver.h"
@@ -19,9 +20,9 @@ namespace kappamu::forward::distributed {
 /// the solver is collective but setup(), constants() and backend().
 std::unique_ptr<GridSolver> make_distributed_solver(std::shared_ptr<const BlockPieces> pieces);
 
-/// Makes operators of that piece alone: setups are checked against it. A device is not asked for,
-/// numbers are double.
+/// Makes operators of those pieces alone, of the one that a setup has the shape of. A device is not
+/// asked for, numbers are double.
 std::shared_ptr<const OperatorFactory> distributed_operators(
-    std::shared_ptr<const BlockPieces> pieces);
+    std::vector<std::shared_ptr<const BlockPieces>> pieces);
 
 }  // namespace kappamu::forward::distributed

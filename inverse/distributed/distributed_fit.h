@@ -1,12 +1,11 @@
-// One channel of a block cut between ranks: from the best homogeneous block down the weights of the
-// regulariser to the noise of the data (path_rules.h), each minimum found by PETSc's TAO.
-//
-// Of inverse/fit/fit.h it is the path alone, on the grid of the data, with H1: no coarser grids, no
-// models of few unknowns, no correction of the grid's own error, no deviations.
+// One channel of a block cut between ranks, as inverse/fit/fit.h: from the best homogeneous block,
+// grids coarse to fine, down the weights of the regulariser on the finest, by the same metric,
+// optimiser and rules (path_rules.h). Of that fit it has no models of few unknowns, no transport,
+// no checks of the data and no deviations; and the optimiser learns the Hessian anew at each
+// weight, so that a checkpoint is the volume alone.
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <optional>
 
 #include "core/progress.h"
@@ -15,12 +14,18 @@
 
 namespace kappamu::inverse::distributed {
 
-/// Where a fit stands between two weights.
+/// Where a fit stands before a weight.
 struct PathState {
-  double weight = 0.0;      ///< that comes next
+  int level = 0;        ///< grid, 0 = finest
+  bool closer = false;  ///< GridLevels::closer()
+  double weight = 0.0;
+  bool last = false;  ///< that weight ends the fit
+  PathEnd end = PathEnd::unknown;
+  double last_chi2 = 0.0;   ///< at the weight before on this grid
+  double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
   double seconds = 0.0;     ///< so far
-  FitReport report;         ///< so far: start and history
-  std::vector<double> own;  ///< of this rank: log κ of its voxels, then log μ
+  FitReport report;         ///< so far: start, history, solves
+  CoefficientPair own;      ///< of this rank's voxels on that grid
 };
 
 /// Called by all ranks, with each one's part. load() gives nothing where there is no state of this
@@ -30,16 +35,37 @@ struct PathCheckpoint {
   std::function<std::optional<PathState>()> load;
 };
 
+/// A finished fit to go on from, at its weight.
+struct PieceContinuation {
+  CoefficientPair own;  ///< of the rank's voxels
+  FitReport report;
+};
+
+struct PieceContext {
+  std::optional<PieceContinuation> continued;
+  bool interim = false;  ///< another fit goes on from this one: its end need not be tight
+};
+
 struct PieceFit {
-  CoefficientPair fields;          ///< of the piece
+  CoefficientPair fields;          ///< of the piece, halo included
+  CoefficientPair own;             ///< of the rank's voxels
   std::vector<double> prediction;  ///< exitance on the piece's seen face [M][v][u]; 0 off its own
   FitReport report;
 };
 
-/// Of `options` it takes the data's model error, the regulariser's anchor, the path and the
-/// solver's tolerances. Throws InputError.
-PieceFit fit_pieces(std::shared_ptr<const BlockPieces> pieces, const Problem& problem,
-                    const FitOptions& options, const PathCheckpoint& checkpoint,
-                    Progress& progress);
+/// Of `options` it takes the data's model errors, the regulariser, the path but its model, and the
+/// solver. Throws InputError.
+PieceFit fit_pieces(const PieceGrid& data, const FitOptions& options,
+                    const PathCheckpoint& checkpoint, Progress& progress,
+                    const PieceContext& context = {});
+
+/// How a volume, of the rank's own voxels, predicts data that it was not fitted to, by a grid of
+/// split voxels (predict.h).
+struct PieceScore {
+  double chi2_per_value = 0.0;
+  std::vector<double> prediction;  ///< as PieceFit's
+};
+PieceScore score_pieces(const PieceGrid& validation, const CoefficientPair& own,
+                        const FitOptions& options);
 
 }  // namespace kappamu::inverse::distributed

@@ -58,6 +58,17 @@ std::optional<std::string> thin_block(const Medium& medium, const forward::GridS
       paths);
 }
 
+/// Light that leaves the profile along the depth open.
+std::optional<std::string> profile_undetermined(const LayerFreedom& freedom) {
+  const double factor = std::exp(freedom.least_log_mu());
+  if (factor <= defaults::summary::undetermined_factor) return std::nullopt;
+  return formatted(
+      "This light determines mu of no layer better than within a factor of %.2g (one standard "
+      "deviation), because a block of another profile along the depth would show the same. Light "
+      "it by bars or patches, or from the other side.",
+      factor);
+}
+
 }  // namespace
 
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
@@ -84,28 +95,32 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
   return warnings;
 }
 
+void conclude_path(const PathOptions& path, const EndedPath& ended, FitReport& report) {
+  if (ended.ran_out) {
+    report.status = FitStatus::ran_out;
+    report.reason = formatted("Stopped after %d steps at one weight, at chi2 per value %.3g.",
+                              path.stage_steps, ended.chi2);
+  } else if (std::max(ended.chi2, ended.excess) <= path.target_chi2 || path.weight) {
+    report.status = FitStatus::converged;
+    report.reason =
+        formatted("Converged at chi2 per value %.3g%s.", ended.chi2, clause(ended.end).c_str());
+  } else {
+    const bool lowest = ended.weight * path.weight_factor < path.last_weight;
+    report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
+    report.reason = formatted("%s at chi2 per value %.3g%s.",
+                              lowest ? "The lowest weight was reached"
+                                     : "Neither lower weights nor a new correction helped further",
+                              ended.chi2, clause(ended.end).c_str());
+  }
+}
+
 void conclude(FitRun& run, const Stage& stage) {
   const FitState& state = run.state;
   const PathOptions& path = run.options.path;
   const double chi2 = state.last_chi2;
   const SharedErrors shared = shared_errors_now(run);
   FitReport& report = run.state.report;
-  if (stage.ran_out) {
-    report.status = FitStatus::ran_out;
-    report.reason = formatted("Stopped after %d steps at one weight, at chi2 per value %.3g.",
-                              path.stage_steps, chi2);
-  } else if (std::max(chi2, shared.excess) <= path.target_chi2 || path.weight) {
-    report.status = FitStatus::converged;
-    report.reason =
-        formatted("Converged at chi2 per value %.3g%s.", chi2, clause(state.end).c_str());
-  } else {
-    const bool lowest = state.weight * path.weight_factor < path.last_weight;
-    report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
-    report.reason = formatted("%s at chi2 per value %.3g%s.",
-                              lowest ? "The lowest weight was reached"
-                                     : "Neither lower weights nor a new correction helped further",
-                              chi2, clause(state.end).c_str());
-  }
+  conclude_path(path, {chi2, shared.excess, state.weight, state.end, stage.ran_out}, report);
   if (shared.excess > path.target_chi2) {
     report.reason += " Beyond what chance lets them be, " + octave_in_words(shared) + ".";
   }
@@ -168,6 +183,9 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
                            point_spread(prior_metric(*fit.prior, space),
                                         posterior_metric(*fit.prior, space, fit.blocks), space),
                            *fit.prior);
+  fit.freedom = layer_freedom(objective);
+  const auto sentence = profile_undetermined(fit.freedom);
+  if (sentence && !run.context.interim) run.warn(*sentence);
 }
 
 }  // namespace kappamu::inverse

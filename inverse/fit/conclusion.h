@@ -6,6 +6,17 @@
 
 namespace kappamu::inverse {
 
+/// How a path ended: χ² per value, SharedErrors::excess, its last weight, and why there.
+struct EndedPath {
+  double chi2 = 0.0;
+  double excess = 0.0;
+  double weight = 0.0;
+  PathEnd end = PathEnd::unknown;
+  bool ran_out = false;  ///< of steps, at that weight
+};
+/// Status of the fit, and its reason in a sentence.
+void conclude_path(const PathOptions& path, const EndedPath& ended, FitReport& report);
+
 /// How and why the path ended, into the report.
 void conclude(FitRun& run, const Stage& stage);
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -39,20 +40,25 @@ Eigen::MatrixXd depth_laplacian(Eigen::Index depth) {
 }  // namespace
 
 Basis::Basis(const MediumSpace& space, const BasisOptions& options, const LateralBlocks& blocks)
-    : cells_(space.cells()) {
-  if (options.coordinates == Coordinates::voxels) return;
-  modes_.emplace(space);
+    : Basis(options.coordinates == Coordinates::voxels ? nullptr
+                                                       : std::make_shared<LateralModes>(space),
+            space, options, blocks) {}
+
+Basis::Basis(std::shared_ptr<const LateralWaves> waves, const MediumSpace& space,
+             const BasisOptions& options, const LateralBlocks& blocks)
+    : cells_(space.cells()), waves_(std::move(waves)) {
+  if (!waves_) return;
   const bool informed = options.coordinates == Coordinates::informed;
-  check(!informed || static_cast<int>(blocks.size()) == modes_->bins(),
+  check(!informed || static_cast<int>(blocks.size()) == waves_->bins(),
         "the data's Hessian does not fit the grid");
-  const Eigen::MatrixXd along_depth = depth_laplacian(modes_->depth());
+  const Eigen::MatrixXd along_depth = depth_laplacian(waves_->depth());
   const double voxel_mm = space.shape.voxel_mm;
   const double mass = std::pow(voxel_mm / options.length_mm, 2);
   const double smooth = options.weight * voxel_mm / space.thickness_mm;
-  for (int bin = 0; bin < modes_->bins(); ++bin) {
+  for (int bin = 0; bin < waves_->bins(); ++bin) {
     Eigen::MatrixXd metric = smooth * along_depth;
-    metric.diagonal().array() += smooth * (modes_->mean_laplacian(bin) + mass);
-    metric.bottomRows(modes_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
+    metric.diagonal().array() += smooth * (waves_->mean_laplacian(bin) + mass);
+    metric.bottomRows(waves_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
     if (informed) {
       const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
       metric += (1.0 - options.off_diagonal_damping) * block;
@@ -66,8 +72,8 @@ Basis::Basis(const MediumSpace& space, const BasisOptions& options, const Latera
 
 void Basis::apply(Factor factor, const Waves& from, double* to) const {
   Eigen::Map<Eigen::MatrixXd> result(to, from.rows(), from.cols());
-  for_rows(modes_->bins(), [&](int bin) {
-    const std::vector<int>& members = modes_->members(bin);
+  for_rows(waves_->bins(), [&](int bin) {
+    const std::vector<int>& members = waves_->members(bin);
     const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
     Eigen::MatrixXd part = from(Eigen::all, members);
     switch (factor) {
@@ -89,12 +95,13 @@ void Basis::apply(Factor factor, const Waves& from, double* to) const {
 }
 
 CoefficientPair Basis::fields_of(const Vector& z, Factor factor) const {
-  check(z.size() == 2 * cells_, "coordinates do not fit the basis");
-  if (!modes_) return parted(z);
-  const auto waves = static_cast<Eigen::Index>(modes_->laplacian().size());
-  Eigen::MatrixXd coefficients(modes_->rows(), waves);
-  apply(factor, Waves(z.data(), modes_->rows(), waves), coefficients.data());
-  return modes_->synthesise(coefficients);
+  if (!waves_) return parted(z);
+  const Eigen::Index waves = waves_->waves();
+  check(static_cast<Eigen::Index>(z.size()) == waves_->rows() * waves,
+        "coordinates do not fit the basis");
+  Eigen::MatrixXd coefficients(waves_->rows(), waves);
+  apply(factor, Waves(z.data(), waves_->rows(), waves), coefficients.data());
+  return waves_->synthesise(coefficients);
 }
 
 CoefficientPair Basis::to_fields(const Vector& z) const {
@@ -106,9 +113,9 @@ CoefficientPair Basis::gradient_by_field(const Vector& by_z) const {
 }
 
 Vector Basis::coordinates_of(const CoefficientPair& fields, Factor factor) const {
-  if (!modes_) return joined(fields);
-  const Eigen::MatrixXd coefficients = modes_->analyse(fields);
-  Vector z(2 * cells_);
+  if (!waves_) return joined(fields);
+  const Eigen::MatrixXd coefficients = waves_->analyse(fields);
+  Vector z(static_cast<std::size_t>(coefficients.size()));
   apply(factor, Waves(coefficients.data(), coefficients.rows(), coefficients.cols()), z.data());
   return z;
 }
@@ -122,40 +129,42 @@ Vector Basis::gradient(const CoefficientPair& by_field) const {
 }
 
 Eigen::MatrixXd Basis::inverse_of(int bin) const {
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(modes_->rows(), modes_->rows());
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(waves_->rows(), waves_->rows());
   factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);
   inverse *= inverse.transpose().eval();
   return inverse;
 }
 
 Eigen::MatrixXd Basis::wave_variances() const {
-  check(modes_.has_value(), "voxels have no waves");
-  Eigen::MatrixXd variances(modes_->rows(), modes_->bins());
-  for (int bin = 0; bin < modes_->bins(); ++bin) variances.col(bin) = inverse_of(bin).diagonal();
+  check(waves_ != nullptr, "voxels have no waves");
+  Eigen::MatrixXd variances(waves_->rows(), waves_->bins());
+  for (int bin = 0; bin < waves_->bins(); ++bin) variances.col(bin) = inverse_of(bin).diagonal();
   return variances;
 }
 
 FieldCovariance Basis::covariance() const {
-  if (!modes_) return {{Vector(cells_, 1.0), Vector(cells_, 1.0)}, Vector(cells_, 0.0)};
-  const Eigen::Index depth = modes_->depth();
-  Eigen::MatrixXd diagonal(modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
+  if (!waves_) return {{Vector(cells_, 1.0), Vector(cells_, 1.0)}, Vector(cells_, 0.0)};
+  const auto* const modes = dynamic_cast<const LateralModes*>(waves_.get());
+  check(modes != nullptr, "the covariance of a part of a block was asked for");
+  const Eigen::Index depth = modes->depth();
+  Eigen::MatrixXd diagonal(modes->rows(), modes->waves());
   Eigen::MatrixXd between = Eigen::MatrixXd::Zero(diagonal.rows(), diagonal.cols());
-  for (int bin = 0; bin < modes_->bins(); ++bin) {
+  for (int bin = 0; bin < waves_->bins(); ++bin) {
     const Eigen::MatrixXd inverse = inverse_of(bin);
-    for (const int wave : modes_->members(bin)) {
+    for (const int wave : waves_->members(bin)) {
       diagonal.col(wave) = inverse.diagonal();
       between.col(wave).head(depth) = inverse.topRightCorner(depth, depth).diagonal();
     }
   }
-  return {modes_->spread(diagonal), modes_->spread(between).log_kappa};
+  return {modes->spread(diagonal), modes->spread(between).log_kappa};
 }
 
 double Basis::determined(const LateralBlocks& blocks) const {
-  check(modes_.has_value(), "voxels have no metric");
+  check(waves_ != nullptr, "voxels have no metric");
   double count = 0.0;
-  for (int bin = 0; bin < modes_->bins(); ++bin) {
+  for (int bin = 0; bin < waves_->bins(); ++bin) {
     const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
-    const auto waves = static_cast<double>(modes_->members(bin).size());
+    const auto waves = static_cast<double>(waves_->members(bin).size());
     count += waves * inverse_of(bin).cwiseProduct(block).sum();
   }
   return count;

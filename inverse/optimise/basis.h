@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "core/names.h"
@@ -52,6 +52,9 @@ class Basis {
  public:
   /// `blocks`: used by `informed`; one per bin of LateralModes.
   Basis(const MediumSpace& space, const BasisOptions& options, const LateralBlocks& blocks);
+  /// By these waves of the block `space`; one of `blocks` per bin of theirs.
+  Basis(std::shared_ptr<const LateralWaves> waves, const MediumSpace& space,
+        const BasisOptions& options, const LateralBlocks& blocks);
 
   CoefficientPair to_fields(const Vector& z) const;
   Vector from_fields(const CoefficientPair& fields) const;
@@ -59,12 +62,12 @@ class Basis {
   Vector gradient(const CoefficientPair& by_field) const;
   /// The gradient with respect to the fields that gradient() makes `by_z` of: B⁻ᵀ.
   CoefficientPair gradient_by_field(const Vector& by_z) const;
-  /// Covariance B Bᵀ, the approximation of the Hessian's inverse.
+  /// Covariance B Bᵀ, the approximation of the Hessian's inverse. Of a whole block.
   FieldCovariance covariance() const;
   /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.
   Eigen::MatrixXd wave_variances() const;
   /// tr(B Bᵀ JᵀWJ), JᵀWJ as in `blocks`: how many unknowns the data determine against the
-  /// regulariser. Not of `voxels`.
+  /// regulariser, by the waves at hand. Not of `voxels`.
   double determined(const LateralBlocks& blocks) const;
 
  private:
@@ -78,8 +81,8 @@ class Basis {
   Vector coordinates_of(const CoefficientPair& fields, Factor factor) const;
 
   std::size_t cells_;
-  std::optional<LateralModes> modes_;     ///< empty: voxels
-  std::vector<Eigen::MatrixXd> factors_;  ///< U of each bin, Uᵀ U = the guess of the Hessian
+  std::shared_ptr<const LateralWaves> waves_;  ///< null: voxels
+  std::vector<Eigen::MatrixXd> factors_;       ///< U of each bin, Uᵀ U = the guess of the Hessian
 };
 
 }  // namespace kappamu::inverse

@@ -16,6 +16,19 @@ namespace {
 
 using namespace defaults::lateral_hessian;
 
+/// Bins on both sides of `bin` that together have `enough` samples, or all there are.
+int reach_of(const std::vector<int>& samples, int bin, int enough) {
+  const int bins = static_cast<int>(samples.size());
+  int count = samples[static_cast<std::size_t>(bin)], reach = 0;
+  while (count < enough && reach + 1 < bins) {
+    ++reach;
+    for (const int other : {bin - reach, bin + reach}) {
+      if (other >= 0 && other < bins) count += samples[static_cast<std::size_t>(other)];
+    }
+  }
+  return reach;
+}
+
 /// Mean of each band's samples and its neighbours' on both sides, of at least `enough`.
 template <class Sum>
 std::vector<Sum> pooled(const std::vector<Sum>& sums, const std::vector<int>& samples, int enough) {
@@ -24,7 +37,8 @@ std::vector<Sum> pooled(const std::vector<Sum>& sums, const std::vector<int>& sa
   for (int bin = 0; bin < bins; ++bin) {
     Sum sum = sums[static_cast<std::size_t>(bin)];
     int count = samples[static_cast<std::size_t>(bin)];
-    for (int reach = 1; count < enough && reach < bins; ++reach) {
+    const int farthest = reach_of(samples, bin, enough);
+    for (int reach = 1; reach <= farthest; ++reach) {
       for (const int other : {bin - reach, bin + reach}) {
         if (other < 0 || other >= bins) continue;
         sum += sums[static_cast<std::size_t>(other)];
@@ -36,10 +50,14 @@ std::vector<Sum> pooled(const std::vector<Sum>& sums, const std::vector<int>& sa
   return means;
 }
 
+}  // namespace
+
 /// A band's matrix as variances and correlations. Variances fall steeply from band to band and need
 /// few samples; correlations change slowly and are pooled over more bands.
-LateralBlocks blocks_of(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
-                        double ridge) {
+LateralBlocks pooled_blocks(const LateralBlocks& sums, const std::vector<int>& samples,
+                            double ridge) {
+  if (sums.empty()) return {};
+  const int rows = static_cast<int>(sums.front().rows());
   std::vector<Eigen::VectorXd> squares;
   for (const Eigen::MatrixXd& sum : sums) squares.emplace_back(sum.diagonal());
   std::vector<Eigen::VectorXd> deviations;
@@ -62,7 +80,9 @@ LateralBlocks blocks_of(const LateralBlocks& sums, const std::vector<int>& sampl
   return blocks;
 }
 
-}  // namespace
+int pooled_reach(const std::vector<int>& samples, int bin, int rows) {
+  return reach_of(samples, bin, std::max(rows, enough_for_variances));
+}
 
 std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::uint64_t seed) {
   std::vector<CoefficientPair> rows;
@@ -91,21 +111,27 @@ CoefficientPair estimate_sensitivity(std::span<const CoefficientPair> rows) {
           root_mean_square(&CoefficientPair::log_mu)};
 }
 
+LateralBlocks lateral_sums(std::span<const CoefficientPair> rows, const LateralWaves& waves) {
+  LateralBlocks sums(static_cast<std::size_t>(waves.bins()),
+                     Eigen::MatrixXd::Zero(waves.rows(), waves.rows()));
+  for (const CoefficientPair& row : rows) {
+    const Eigen::MatrixXd coefficients = waves.analyse(row);
+    for_rows(waves.bins(), [&](int bin) {
+      const Eigen::MatrixXd part = coefficients(Eigen::all, waves.members(bin));
+      sums[static_cast<std::size_t>(bin)] += part * part.transpose();
+    });
+  }
+  return sums;
+}
+
 LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space,
                              double ridge) {
   const LateralModes modes(space);
-  LateralBlocks sums(static_cast<std::size_t>(modes.bins()),
-                     Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
-  std::vector<int> samples(sums.size(), 0);
-  for (const CoefficientPair& row : rows) {
-    const Eigen::MatrixXd waves = modes.analyse(row);
-    for_rows(modes.bins(), [&](int bin) {
-      const Eigen::MatrixXd part = waves(Eigen::all, modes.members(bin));
-      sums[static_cast<std::size_t>(bin)] += part * part.transpose();
-      samples[static_cast<std::size_t>(bin)] += static_cast<int>(part.cols());
-    });
+  std::vector<int> samples;
+  for (int bin = 0; bin < modes.bins(); ++bin) {
+    samples.push_back(static_cast<int>(rows.size() * modes.members(bin).size()));
   }
-  return blocks_of(sums, samples, modes.rows(), ridge);
+  return pooled_blocks(lateral_sums(rows, modes), samples, ridge);
 }
 
 }  // namespace kappamu::inverse

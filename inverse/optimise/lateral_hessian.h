@@ -26,4 +26,12 @@ CoefficientPair estimate_sensitivity(std::span<const CoefficientPair> rows);
 LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space,
                              double ridge = 1e-3);
 
+/// The two halves of lateral_blocks(): Σ w wᵀ over the waves w of the rows in each bin; and the
+/// blocks of such sums over so many `samples` each.
+LateralBlocks lateral_sums(std::span<const CoefficientPair> rows, const LateralWaves& waves);
+LateralBlocks pooled_blocks(const LateralBlocks& sums, const std::vector<int>& samples,
+                            double ridge = 1e-3);
+/// How many bins on both sides of `bin` pooled_blocks() makes its block of.
+int pooled_reach(const std::vector<int>& samples, int bin, int rows);
+
 }  // namespace kappamu::inverse

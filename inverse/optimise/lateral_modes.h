@@ -15,24 +15,43 @@ namespace kappamu::inverse {
 /// Eigenvalue of the 3-point Neumann Laplacian of `n` voxels for the cosine of k half periods.
 double laplacian_eigenvalue(int k, int n);
 
-class LateralModes {
+/// The waves of some bins of frequency: all of a block's (LateralModes), or those that one process
+/// has of a block which several share.
+class LateralWaves {
+ public:
+  virtual ~LateralWaves() = default;
+
+  virtual int depth() const = 0;            ///< voxels along the depth
+  int rows() const { return 2 * depth(); }  ///< log κ by depth, then log μ by depth
+  virtual int waves() const = 0;            ///< columns of the coefficient matrix
+  virtual int bins() const = 0;
+  /// Waves whose frequency lies in the bin, as columns of the coefficient matrix.
+  virtual const std::vector<int>& members(int bin) const = 0;
+  /// Sum of the eigenvalues of the two lateral 3-point Neumann Laplacians [dimensionless], mean
+  /// over the waves of the bin.
+  virtual double mean_laplacian(int bin) const = 0;
+
+  /// Orthonormal: coefficients [rows][waves].
+  virtual Eigen::MatrixXd analyse(const CoefficientPair& fields) const = 0;
+  virtual CoefficientPair synthesise(const Eigen::MatrixXd& coefficients) const = 0;
+};
+
+class LateralModes final : public LateralWaves {
  public:
   explicit LateralModes(const MediumSpace& space);
 
-  int depth() const { return depth_; }     ///< voxels along the depth
-  int rows() const { return 2 * depth_; }  ///< log κ by depth, then log μ by depth
-  int bins() const { return static_cast<int>(members_.size()); }
-  /// Waves whose frequency lies in the bin, as columns of the coefficient matrix.
-  const std::vector<int>& members(int bin) const { return members_[static_cast<std::size_t>(bin)]; }
-  /// Sum of the eigenvalues of the two lateral 3-point Neumann Laplacians, per wave
-  /// [dimensionless].
+  int depth() const override { return depth_; }
+  int waves() const override { return na_ * nb_; }
+  int bins() const override { return static_cast<int>(members_.size()); }
+  const std::vector<int>& members(int bin) const override {
+    return members_[static_cast<std::size_t>(bin)];
+  }
+  /// Per wave.
   const std::vector<double>& laplacian() const { return laplacian_; }
-  /// Its mean over the waves of the bin.
-  double mean_laplacian(int bin) const;
+  double mean_laplacian(int bin) const override;
 
-  /// Orthonormal: coefficients [rows][waves].
-  Eigen::MatrixXd analyse(const CoefficientPair& fields) const;
-  CoefficientPair synthesise(const Eigen::MatrixXd& coefficients) const;
+  Eigen::MatrixXd analyse(const CoefficientPair& fields) const override;
+  CoefficientPair synthesise(const Eigen::MatrixXd& coefficients) const override;
   /// Variances of the fields whose coefficients are independent from wave to wave and have the
   /// variances [rows][waves].
   CoefficientPair spread(const Eigen::MatrixXd& variances) const;

@@ -31,14 +31,14 @@ double sum_of(std::size_t begin, std::size_t end, const Term& term) {
 }
 
 template <class A, class B>
-double dot(const std::vector<A>& a, const std::vector<B>& b) {
+double dot(const Function& function, const std::vector<A>& a, const std::vector<B>& b) {
   std::vector<double> sums(pieces(a.size()));
   for_pieces(a.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
     sums[piece] = sum_of(begin, end, [&](std::size_t i) {
       return static_cast<double>(a[i]) * static_cast<double>(b[i]);
     });
   });
-  return std::accumulate(sums.begin(), sums.end(), 0.0);
+  return function.total(std::accumulate(sums.begin(), sums.end(), 0.0));
 }
 
 template <class T>
@@ -89,8 +89,8 @@ void accept(Function& function, OptimiserState& state, Trial trial) {
 }
 
 /// to += factor · term; then its product with `next`, while it is at hand.
-double add_scaled_and_dot(Vector& to, double factor, const std::vector<float>& term,
-                          const std::vector<float>& next) {
+double add_scaled_and_dot(const Function& function, Vector& to, double factor,
+                          const std::vector<float>& term, const std::vector<float>& next) {
   std::vector<double> sums(pieces(to.size()));
   for_pieces(to.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
     sums[piece] = sum_of(begin, end, [&](std::size_t i) {
@@ -98,11 +98,11 @@ double add_scaled_and_dot(Vector& to, double factor, const std::vector<float>& t
       return to[i] * static_cast<double>(next[i]);
     });
   });
-  return std::accumulate(sums.begin(), sums.end(), 0.0);
+  return function.total(std::accumulate(sums.begin(), sums.end(), 0.0));
 }
 
 /// −H g by the two-loop recursion (Nocedal & Wright, algorithm 7.4).
-Vector lbfgs_direction(const OptimiserState& state) {
+Vector lbfgs_direction(const Function& function, const OptimiserState& state) {
   std::vector<std::size_t> usable;
   for (std::size_t k = 0; k < state.steps.size(); ++k) {
     const LbfgsProducts& p = state.products[k];
@@ -119,16 +119,17 @@ Vector lbfgs_direction(const OptimiserState& state) {
   Vector d = state.gradient;
   std::vector<double> alpha(usable.size());
   const std::size_t last = usable.size() - 1;
-  double along = dot(s(last), d);
+  double along = dot(function, s(last), d);
   for (std::size_t k = last + 1; k-- > 0;) {
     alpha[k] = along / curvature(k);
-    along = add_scaled_and_dot(d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
+    along = add_scaled_and_dot(function, d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
   }
   const double scale = softer * curvature(last) / state.products[usable[last]].change_square;
   d = scaled(std::move(d), scale);
   along *= scale;
   for (std::size_t k = 0; k <= last; ++k) {
-    along = add_scaled_and_dot(d, alpha[k] - along / curvature(k), s(k), y(std::min(k + 1, last)));
+    along = add_scaled_and_dot(function, d, alpha[k] - along / curvature(k), s(k),
+                               y(std::min(k + 1, last)));
   }
   return negative(std::move(d));
 }
@@ -145,7 +146,7 @@ double bounded_length(Function& function, const Vector& z, const Vector& directi
 std::optional<Trial> backtrack(Function& function, const OptimiserState& state,
                                const Vector& direction, double length,
                                const OptimiserOptions& options) {
-  const double slope = dot(direction, state.gradient);
+  const double slope = dot(function, direction, state.gradient);
   for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
     Trial trial = evaluate(function, state, direction, length);
     if (trial.value <= state.value + sufficient_decrease * length * slope) return trial;
@@ -166,20 +167,22 @@ void forget_pairs(OptimiserState& state) {
   state.products.clear();
 }
 
-void keep_pair(OptimiserState& state, std::vector<float> step, std::vector<float> change) {
-  state.products.push_back({dot(step, change), dot(step, step), dot(change, change)});
+void keep_pair(const Function& function, OptimiserState& state, std::vector<float> step,
+               std::vector<float> change) {
+  state.products.push_back(
+      {dot(function, step, change), dot(function, step, step), dot(function, change, change)});
   state.steps.push_back(std::move(step));
   state.changes.push_back(std::move(change));
 }
 
 StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
   const Vector& g = state.gradient;
-  Vector direction = lbfgs_direction(state);
-  double slope = dot(direction, g);
+  Vector direction = lbfgs_direction(function, state);
+  double slope = dot(function, direction, g);
   if (!(slope < 0.0)) {
     forget_pairs(state);
     direction = negative(g);
-    slope = dot(direction, g);
+    slope = dot(function, direction, g);
     if (!(slope < 0.0)) return StepOutcome::stalled;
   }
   const double length = state.steps.empty()
@@ -189,7 +192,7 @@ StepOutcome lbfgs_step(Function& function, OptimiserState& state, const Optimise
     std::vector<float> taken = difference(trial->z, state.z);
     const Vector before = std::move(state.gradient);
     accept(function, state, std::move(*trial));
-    keep_pair(state, std::move(taken), difference(state.gradient, before));
+    keep_pair(function, state, std::move(taken), difference(state.gradient, before));
     if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
       state.steps.erase(state.steps.begin());
       state.changes.erase(state.changes.begin());
@@ -208,10 +211,11 @@ StepOutcome wang2008_step(Function& function, OptimiserState& state,
   Vector p = negative(state.gradient);
   Vector direction = p;
   if (!state.direction.empty()) {
-    const double denominator = dot(state.previous_gradient, state.previous_gradient);
-    const double beta = std::max(0.0, (dot(p, p) - dot(p, state.previous_gradient)) / denominator);
+    const double denominator = dot(function, state.previous_gradient, state.previous_gradient);
+    const double beta = std::max(
+        0.0, (dot(function, p, p) - dot(function, p, state.previous_gradient)) / denominator);
     add_scaled(direction, beta, state.direction);
-    if (!(dot(direction, p) > 0.0)) direction = p;
+    if (!(dot(function, direction, p) > 0.0)) direction = p;
   }
   // Bracket a minimum from the last step's length, then shrink it by the golden
   // section.
@@ -283,8 +287,8 @@ void restart(Function& function, OptimiserState& state, const PairTranslation& t
     Vector step(old_step.begin(), old_step.end());
     Vector change(old_change.begin(), old_change.end());
     translate(step, change);
-    if (!(dot(step, change) > 0.0)) continue;
-    keep_pair(state, {step.begin(), step.end()}, {change.begin(), change.end()});
+    if (!(dot(function, step, change) > 0.0)) continue;
+    keep_pair(function, state, {step.begin(), step.end()}, {change.begin(), change.end()});
   }
 }
 

@@ -19,6 +19,8 @@ class Function {
   virtual Vector gradient() = 0;  ///< at the z of the last value()
   /// Largest change of log κ or log μ from z to z + `direction` [log units].
   virtual double amplitude(const Vector& z, const Vector& direction) = 0;
+  /// Of a product of vectors, where this process holds `part` of them: the whole product.
+  virtual double total(double part) const { return part; }
 };
 
 enum class Method {

@@ -1,5 +1,6 @@
 #include "inverse/problem/data_term.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -56,7 +57,7 @@ void weigh_shared_errors(DataTerm& term, const Problem& problem,
     term.by_prediction[i] = term.root_weight[i] * weighed[i];
   }
   term.value = 0.5 * squares;
-  term.chi2_per_value = squares / static_cast<double>(used);
+  term.chi2_per_value = squares / static_cast<double>(std::max<std::size_t>(1, used));
 }
 
 }  // namespace
@@ -104,11 +105,12 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
     all.magnitudes.insert(all.magnitudes.end(), sums.magnitudes.begin(), sums.magnitudes.end());
   }
   term.value = std::isfinite(all.cost) ? all.cost : std::numeric_limits<double>::infinity();
-  if (all.used == 0) return term;
+  // Before a part of a shared problem is found to have no data: the others wait for it.
   if (std::isfinite(term.value) && shares_errors(problem, options)) {
     weigh_shared_errors(term, problem, prediction, all.used);
     return term;
   }
+  if (all.used == 0) return term;
   if (!robust) {
     term.chi2_per_value = all.squares / static_cast<double>(all.used);
   } else {

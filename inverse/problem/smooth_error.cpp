@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/numbers/octave.h"
 #include "core/parallel.h"
@@ -9,8 +10,10 @@
 namespace kappamu::inverse {
 
 SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, double signal,
-                                           const SmoothError& error)
+                                           const SmoothError& error,
+                                           std::shared_ptr<const SharedMaps> shared)
     : patterns_(patterns),
+      shared_(std::move(shared)),
       cosines_u_(face.nu),
       cosines_v_(face.nv),
       common_(face.nu, face.nv),
@@ -45,23 +48,32 @@ Eigen::MatrixXd SmoothErrorPrecision::filtered(const Eigen::MatrixXd& image,
 
 void SmoothErrorPrecision::filter(std::vector<double>& values, const Eigen::MatrixXd& common,
                                   const Eigen::MatrixXd& own) const {
+  std::vector<double> gathered;
+  if (shared_) gathered = shared_->whole(values);
+  std::vector<double>& maps = shared_ ? gathered : values;
   const Eigen::Index cells = own.size();
+  const int here = static_cast<int>(static_cast<Eigen::Index>(maps.size()) / cells);
   const auto image = [&](int m) {
-    return Eigen::Map<Eigen::MatrixXd>(values.data() + m * cells, own.rows(), own.cols());
+    return Eigen::Map<Eigen::MatrixXd>(maps.data() + m * cells, own.rows(), own.cols());
   };
-  Eigen::MatrixXd mean = image(0);
-  for (int m = 1; m < patterns_; ++m) mean += image(m);
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(own.rows(), own.cols());
+  for (int m = 0; m < here; ++m) mean += image(m);
+  if (shared_) shared_->sum(mean);
   mean /= patterns_;
   const Eigen::MatrixXd of_all = filtered(mean, common);
-  for_rows(patterns_, [&](int m) { image(m) = of_all + filtered(image(m) - mean, own); });
+  for_rows(here, [&](int m) { image(m) = of_all + filtered(image(m) - mean, own); });
+  if (shared_) shared_->take_part(maps, values);
 }
 
 std::vector<OctaveMisfit> SmoothErrorPrecision::octaves(
     const std::vector<double>& residuals) const {
+  std::vector<double> gathered;
+  if (shared_) gathered = shared_->whole(residuals);
+  const std::vector<double>& maps = shared_ ? gathered : residuals;
   const Eigen::Index cells = own_.size();
-  std::vector<Eigen::MatrixXd> waves(static_cast<std::size_t>(patterns_));
-  for_rows(patterns_, [&](int m) {
-    const Eigen::Map<const Eigen::MatrixXd> image(residuals.data() + m * cells, own_.rows(),
+  std::vector<Eigen::MatrixXd> waves(maps.size() / static_cast<std::size_t>(cells));
+  for_rows(static_cast<int>(waves.size()), [&](int m) {
+    const Eigen::Map<const Eigen::MatrixXd> image(maps.data() + m * cells, own_.rows(),
                                                   own_.cols());
     waves[static_cast<std::size_t>(m)] = to_waves(cosines_u_, cosines_v_, image);
   });
@@ -70,6 +82,10 @@ std::vector<OctaveMisfit> SmoothErrorPrecision::octaves(
   for (const Eigen::MatrixXd& pattern : waves) {
     mean += pattern / patterns_;
     squares += pattern.cwiseAbs2();
+  }
+  if (shared_) {
+    shared_->sum(mean);
+    shared_->sum(squares);
   }
   const Eigen::MatrixXd of_mean = patterns_ * mean.cwiseAbs2();
   const double longest = 2.0 * static_cast<double>(std::max(own_.rows(), own_.cols()));

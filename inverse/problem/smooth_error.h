@@ -15,6 +15,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "core/grid.h"
@@ -32,12 +33,24 @@ struct OctaveMisfit {
   double chi2 = 0.0;     ///< of all of them
 };
 
+/// Maps [M][v][u] of a face that several processes share.
+class SharedMaps {
+ public:
+  virtual ~SharedMaps() = default;
+  /// Whole maps, some of the M, of what each process has of all of them; and back.
+  virtual std::vector<double> whole(const std::vector<double>& part) const = 0;
+  virtual void take_part(const std::vector<double>& whole, std::vector<double>& part) const = 0;
+  /// Over all processes.
+  virtual void sum(Eigen::MatrixXd& image) const = 0;
+};
+
 /// (I + S)⁻¹ of residuals [M][v][u].
 class SmoothErrorPrecision {
  public:
-  /// `signal` is q.
-  SmoothErrorPrecision(const FaceShape& face, int patterns, double signal,
-                       const SmoothError& error);
+  /// `signal` is q. With `shared` residuals are this process's part of the maps of `face`, and
+  /// every call is all processes'.
+  SmoothErrorPrecision(const FaceShape& face, int patterns, double signal, const SmoothError& error,
+                       std::shared_ptr<const SharedMaps> shared = nullptr);
 
   /// Whether the constant of the patterns' mean counts by its noise alone, in place of I + S.
   void hold_mean(bool held);
@@ -54,6 +67,7 @@ class SmoothErrorPrecision {
   Eigen::MatrixXd filtered(const Eigen::MatrixXd& image, const Eigen::MatrixXd& by) const;
 
   int patterns_;
+  std::shared_ptr<const SharedMaps> shared_;
   CosineTransform cosines_u_;
   CosineTransform cosines_v_;
   Eigen::MatrixXd common_;  ///< by frequency [u][v]

@@ -20,6 +20,8 @@ const char* reader_of(ImageKind kind) {
       return "tiff";
     case ImageKind::jpeg:
       return "jpeg";
+    case ImageKind::bmp:
+      return "bmp";
     case ImageKind::exr:
       return "openexr";
     case ImageKind::radiance:
@@ -48,7 +50,7 @@ std::size_t OiioInput::Memory::pread(void* buffer, std::size_t size, std::int64_
 OiioInput::OiioInput(const std::filesystem::path& file, std::span<std::byte> bytes)
     : memory_(bytes.data(), bytes.size()),
       input_(OIIO::ImageInput::create(reader_of(image_kind(bytes)))) {
-  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG, EXR or Radiance");
+  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG, BMP, EXR or Radiance");
   if (!holds_exr_header(bytes)) return;
   hide_photoshop_segments(bytes);
   OIIO::ImageSpec spec;

@@ -1,4 +1,4 @@
-// Values of PNG, TIFF and JPEG pictures as they are stored: one page, grey or R, G, B, alpha
+// Values of PNG, TIFF, JPEG and BMP pictures as they are stored: one page, grey or R, G, B, alpha
 // dropped.
 #pragma once
 

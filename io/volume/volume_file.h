@@ -55,7 +55,10 @@ VolumeSet read_volume(const std::filesystem::path& path,
                       std::size_t most_voxels = default_most_voxels);
 
 /// The volume that `path` means: a .vdb file, a folder with volume.json, or a run or fit folder
-/// that has volume.vdb or fit/volume.vdb. Throws InputError when there is none.
+/// that has volume.vdb or fit/volume.vdb, or fit/volume.json. Throws InputError when there is none.
 std::filesystem::path find_volume(const std::filesystem::path& path);
+/// The one to look at: where a folder of arrays has a coarser volume beside, because it is too
+/// large for one machine, that one: `coarse` in it.
+std::filesystem::path find_shown_volume(const std::filesystem::path& path);
 
 }  // namespace kappamu::io

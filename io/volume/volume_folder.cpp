@@ -99,10 +99,18 @@ fs::path find_volume(const fs::path& path) {
   for (const fs::path& candidate : {path / "volume.vdb", path / "fit" / "volume.vdb"}) {
     if (fs::exists(candidate)) return candidate;
   }
-  if (fs::exists(path / "volume.json")) return path;
+  for (const fs::path& candidate : {path, path / "fit"}) {
+    if (fs::exists(candidate / "volume.json")) return candidate;
+  }
   throw InputError(path.string() +
                    ": has no volume.vdb, fit/volume.vdb or volume.json; give a .vdb file, a "
                    "finished run, or a folder of arrays with volume.json");
+}
+
+fs::path find_shown_volume(const fs::path& path) {
+  const fs::path volume = find_volume(path);
+  const fs::path coarse = volume / "coarse";
+  return fs::exists(coarse / "volume.json") ? coarse : volume;
 }
 
 VolumeSet read_volume(const fs::path& path, std::size_t most_voxels) {

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::ordered_json;
 
 ordered_json block_object(const std::string& material, const std::filesystem::path& folder) {
-  const GridShape shape = io::read_volume(io::find_volume(material)).shape();
+  const GridShape shape = io::read_volume(io::find_shown_volume(material)).shape();
   const double h = shape.voxel_mm;
   const std::filesystem::path absolute = std::filesystem::absolute(material).lexically_normal();
   const std::filesystem::path from = std::filesystem::absolute(folder / ".").lexically_normal();

@@ -76,7 +76,7 @@ namespace {
 
 PlacedVolume measured(const SceneObject& object, const VolumeMaterial& material,
                       const TriangleMesh& rest) {
-  const std::filesystem::path file = io::find_volume(material.volume);
+  const std::filesystem::path file = io::find_shown_volume(material.volume);
   PlacedVolume placed{io::read_volume(file), {}};
   const Vector3d box = bounding_box(rest).sizes();
   const GridShape& shape = placed.set.shape();

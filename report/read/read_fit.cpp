@@ -1,6 +1,8 @@
 // What a fit says about itself: fit/fit.json and the volumes beside it.
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "core/error.h"
 #include "core/file_name.h"
@@ -8,6 +10,7 @@
 #include "io/json_whole.h"
 #include "io/read_file.h"
 #include "io/volume/npy_volume.h"
+#include "io/volume/volume_file.h"
 #include "report/read/run_data.h"
 
 namespace kappamu::report {
@@ -98,9 +101,17 @@ std::optional<FitData> read_fit(const std::filesystem::path& run) {
   if (!std::filesystem::exists(file)) return std::nullopt;
   FitData data = interpret_json(file, fit_from_json);
   const double voxel_mm = interpret_json(file, voxel_from_json);
-  for (const std::string& channel : data.channels)
-    data.media.push_back({io::read_npy_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
-                          io::read_npy_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
+  // What is too large for one machine has a coarser volume beside.
+  const std::filesystem::path coarse = folder / "coarse";
+  if (std::filesystem::exists(coarse / "volume.json")) {
+    io::VolumeSet shown = io::read_volume_folder(coarse);
+    data.means_of = static_cast<int>(std::lround(shown.shape().voxel_mm / voxel_mm));
+    data.media = std::move(shown.media);
+  } else {
+    for (const std::string& channel : data.channels)
+      data.media.push_back({io::read_npy_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
+                            io::read_npy_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
+  }
   const auto sentences = interpret_json(file, sentences_from_json);
   for (std::size_t c = 0; c < sentences.size(); ++c) {
     const auto volume = [&](const std::string& name) {

@@ -68,6 +68,7 @@ struct FitUncertainty {
 struct FitData {
   pipeline::Verdict verdict;
   std::vector<Medium> media;  ///< per channel, in the order of `channels`
+  int means_of = 1;           ///< voxels of the fit along each edge of a voxel of `media`
   std::vector<std::optional<FitUncertainty>> uncertainty;  ///< the same; where the fit tells one
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;

@@ -14,6 +14,11 @@ Html volumes_section(const RunData& run) {
     content += subsection("μ, absorption coefficient, channel " + run.fit->channels[c],
                           slices(medium.mu, "μ", "1/mm"));
   }
+  if (run.fit->means_of > 1) {
+    const std::string edge = std::to_string(run.fit->means_of);
+    content += note("The volumes are too large for this page: shown are means over " + edge +
+                    " voxels along each axis.");
+  }
   content += note(
       "Light enters at z = 0; y points down. Each volume has its own "
       "scale, from the 0.5 % to the 99.5 % quantile. Continuous light does not determine κ and μ "

@@ -27,7 +27,7 @@ class DistributedOperator : public testing::TestWithParam<Case> {
   DistributedOperator()
       : pieces(std::make_shared<BlockPieces>(PETSC_COMM_WORLD, setup())),
         whole(make_grid_operator(make_reference_solver(setup()), GetParam().seen)),
-        piece(distributed_operators(pieces)->make(pieces->piece(), GetParam().seen, "", {}).op) {
+        piece(distributed_operators({pieces})->make(pieces->piece(), GetParam().seen, "", {}).op) {
     std::mt19937_64 random(20250807);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     const auto draw = [&](std::size_t count, auto value) {

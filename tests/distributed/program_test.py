@@ -92,12 +92,31 @@ class Programs(unittest.TestCase):
             self.assertLess(fit["channels"][0]["chi2_per_value"], 1.5)
             for kappa, first in zip(volumes[ranks], volumes[1]):
                 self.assertLess(np.abs(np.log(kappa / first)).max(), 0.02)
+            self.assertEqual(len(fit["validation"]["patterns"]), 1)
+            self.assertLess(fit["channels"][0]["validation_chi2_per_value"], 3)
+            self.assertTrue((self.folder / f"run{ranks}" / "fit" / "validated" / "kappa_G.npy").exists())
         exported = run("export", self.folder / "run2" / "fit", "-o", self.folder / "exported", "--format", "vti")
         self.assertEqual(exported.returncode, 0, exported.stderr)
         report = run("report", self.folder / "run2")
         self.assertEqual(report.returncode, 0, report.stderr)
         verified = run("verify", self.folder / "run2" / "fit")
         self.assertEqual(verified.returncode, 0, verified.stderr)
+
+    def test_report_shows_the_coarser_volume_of_a_large_one(self):
+        folder = self.measure()
+        fit = self.folder / "run" / "fit"
+        self.assertIn(run("fit", folder, "-o", fit, ranks=2).returncode, (0, 3))
+        coarse = fit / "coarse"
+        coarse.mkdir()
+        for name in ("kappa_G", "mu_G"):
+            means = np.load(fit / f"{name}.npy").reshape(3, 2, 7, 2, 6, 2).mean(axis=(1, 3, 5))
+            np.save(coarse / f"{name}.npy", means.astype("<f4"))
+        words = json.loads((fit / "volume.json").read_text())
+        words.update(grid=[6, 7, 3], voxel_mm=2 * words["voxel_mm"])
+        (coarse / "volume.json").write_text(json.dumps(words))
+        report = run("report", self.folder / "run")
+        self.assertEqual(report.returncode, 0, report.stderr)
+        self.assertIn("means over 2 voxels along each axis", (self.folder / "run" / "report.html").read_text())
 
     def test_killed_and_started_again_it_goes_on(self):
         folder = self.measure()

@@ -10,7 +10,7 @@
 #include "calib/projector/projector.h"
 #include "data_synthetic/rig/rig.h"
 
-namespace kappamu::synthetic {
+namespace kappamu::studies {
 
 struct RigCorners {
   /// Printed boards; the last are those of the planes, in their order
@@ -25,6 +25,6 @@ calib::BoardView seen_board(const calib::Lens& camera, const capture::Board& boa
                             std::mt19937_64& random);
 
 /// Every printed board and every plane of the rig, chessboards.
-RigCorners seen_corners(const Rig& rig, double noise_px, std::mt19937_64& random);
+RigCorners seen_corners(const synthetic::Rig& rig, double noise_px, std::mt19937_64& random);
 
-}  // namespace kappamu::synthetic
+}  // namespace kappamu::studies

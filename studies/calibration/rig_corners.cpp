@@ -1,6 +1,6 @@
-#include "data_synthetic/rig/rig_corners.h"
+#include "studies/calibration/rig_corners.h"
 
-namespace kappamu::synthetic {
+namespace kappamu::studies {
 
 calib::BoardView seen_board(const calib::Lens& camera, const capture::Board& board,
                             const Rigid& camera_from_board, double noise_px,
@@ -17,10 +17,10 @@ calib::BoardView seen_board(const calib::Lens& camera, const capture::Board& boa
   return view;
 }
 
-RigCorners seen_corners(const Rig& rig, double noise_px, std::mt19937_64& random) {
+RigCorners seen_corners(const synthetic::Rig& rig, double noise_px, std::mt19937_64& random) {
   std::normal_distribution<double> noise(0.0, noise_px);
   const calib::Lens& camera = rig.camera_lens;
-  const Rigid camera_from_world = rig.world_from_camera.at(front_station).inverse();
+  const Rigid camera_from_world = rig.world_from_camera.at(synthetic::front_station).inverse();
   RigCorners corners;
   for (const Rigid& pose : rig.camera_from_board) {
     corners.views.push_back(seen_board(camera, rig.board, pose, noise_px, random));
@@ -44,4 +44,4 @@ RigCorners seen_corners(const Rig& rig, double noise_px, std::mt19937_64& random
   return corners;
 }
 
-}  // namespace kappamu::synthetic
+}  // namespace kappamu::studies

@@ -1,8 +1,12 @@
-#include "forward/dipole/form_factor/quadrature.h"
+#include "tests/cases/form_factor_quadrature.h"
 
 #include <cmath>
 
-namespace kappamu::forward::dipole {
+namespace kappamu::test_cases {
+
+using forward::dipole::Corners;
+using forward::dipole::Profile;
+using forward::dipole::triangle_rule;
 
 namespace {
 
@@ -43,4 +47,4 @@ double quadrature_aligned_form_factor(const Profile& profile, const Corners& tri
       tolerance, 0);
 }
 
-}  // namespace kappamu::forward::dipole
+}  // namespace kappamu::test_cases

@@ -1,31 +1,33 @@
-#include "device/bandwidth.h"
+#include "studies/forward/bandwidth.h"
 
 #include <algorithm>
 #include <vector>
 
 #include "core/processor_time.h"
 
-namespace kappamu::device {
+namespace kappamu::studies {
 
-extern const KernelSource bandwidth_cl;
+extern const device::KernelSource bandwidth_cl;
 
-double measured_copy_bandwidth(Context& context) {
-  const DeviceInfo& info = context.info();
-  const bool gpu = info.kind == Kind::gpu;
+double measured_copy_bandwidth(device::Context& context) {
+  const device::DeviceInfo& info = context.info();
+  const bool gpu = info.kind == device::Kind::gpu;
   const std::size_t step = (gpu ? 4 : 16) * sizeof(float);
   // Several times the last cache, and on a GPU long enough to hide what starting a kernel takes.
   const std::size_t wanted = (gpu ? std::size_t{1024} : std::size_t{256}) << 20;
   const std::size_t bytes =
       std::min({wanted, info.max_allocation_bytes, info.global_memory_bytes / 8}) / step * step;
   const int count = static_cast<int>(bytes / step);
-  const Buffer from = context.allocate(bytes), to = context.allocate(bytes);
+  const device::Buffer from = context.allocate(bytes), to = context.allocate(bytes);
   // Pages never written may all be one page of zeros, which reads like a cache.
   const std::vector<float> values(bytes / sizeof(float), 1.0F);
   context.write(from, values.data(), bytes);
   context.write(to, values.data(), bytes);
-  Program& program = context.program(bandwidth_cl, gpu ? "-DINTERLEAVED=1" : "-DINTERLEAVED=0");
+  device::Program& program =
+      context.program(bandwidth_cl, gpu ? "-DINTERLEAVED=1" : "-DINTERLEAVED=0");
   const std::size_t units = std::max(1U, info.compute_units);
-  const Range items = gpu ? Range{units * 2048, 1, 256, 1} : Range{units * 4, 1, 1, 1};
+  const device::Range items =
+      gpu ? device::Range{units * 2048, 1, 256, 1} : device::Range{units * 4, 1, 1, 1};
   constexpr int repetitions = 6;
   double best = 0.0;
   for (const char* kernel : {"copy", "copy_past_cache"}) {
@@ -40,4 +42,4 @@ double measured_copy_bandwidth(Context& context) {
   return best;
 }
 
-}  // namespace kappamu::device
+}  // namespace kappamu::studies
