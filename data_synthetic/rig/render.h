@@ -35,7 +35,7 @@ class RayTable {
   int per_side() const { return per_side_; }
   double focal_px() const { return 0.5 * (lens_.fx + lens_.fy); }
   /// [px] Edge of the squares within which what a plane shows is interpolated between the corners:
-  /// a lens and a perspective bend less than 1e-4 px there.
+  /// a lens and a perspective bend a few 1e-4 px at most there.
   int tile() const { return tile_; }
   Eigen::Vector3d direction(const Eigen::Vector2d& pixel) const { return lens_.unproject(pixel); }
   /// Of ray n from its pixel's centre [px].

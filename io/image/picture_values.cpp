@@ -175,10 +175,6 @@ void check_structure(std::span<const std::byte> bytes, const fs::path& file, Ima
                    to_string(kind) + " image; copy or photograph it again");
 }
 
-}  // namespace
-
-namespace {
-
 /// Calls act(input, kind, bits of a code) with the opened picture of codes.
 template <class Act>
 auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act) {
