@@ -107,18 +107,24 @@ int bits_of(const OIIO::ImageSpec& spec, const fs::path& file) {
                    " bits; save it with 8 or 16 bits per channel, without sign");
 }
 
-/// Values of the opened picture, of the channels that are colours; of `part` alone, where given.
-template <class Value>
-Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
-                         const std::optional<Region>& part = {}) {
+/// Hands over the rows of the opened picture, of the channels that are colours; of `part` alone,
+/// where given.
+template <class Value, class TakeRow>
+void read_rows(OiioInput& input, const fs::path& file, ImageKind kind,
+               const std::optional<Region>& part, const TakeRow& take_row) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto stored = static_cast<std::size_t>(spec.nchannels);
   const Region wanted = part.value_or(Region{0, 0, spec.width, spec.height});
-  Image<Value> image(wanted.width, wanted.height, colours(spec));
-  const auto kept = static_cast<std::size_t>(image.channels());
+  const auto kept = static_cast<std::size_t>(colours(spec));
   // 8-bit codes keep their values: OpenImageIO scales where it converts.
   const bool bytes = std::is_integral_v<Value> && spec.format == OIIO::TypeUInt8;
-  const auto copy = [&]<class Stored>(const Stored* from, Value* to) {
+  std::vector<Value> values(static_cast<std::size_t>(wanted.width) * kept);
+  const auto copy = [&]<class Stored>(const Stored* from) {
+    if (stored == kept) {
+      std::copy_n(from, values.size(), values.data());
+      return;
+    }
+    Value* to = values.data();
     for (int x = 0; x < wanted.width; ++x, from += stored, to += kept) std::copy_n(from, kept, to);
   };
   const auto take = [&](int first, int rows, const std::byte* from) {
@@ -126,17 +132,29 @@ Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
          ++row) {
       const std::size_t at =
           (static_cast<std::size_t>(row - first) * spec.width + wanted.left) * stored;
-      Value* to = &image(0, row - wanted.top);
       if (bytes) {
-        copy(reinterpret_cast<const std::uint8_t*>(from) + at, to);
+        copy(reinterpret_cast<const std::uint8_t*>(from) + at);
       } else {
-        copy(reinterpret_cast<const Value*>(from) + at, to);
+        copy(reinterpret_cast<const Value*>(from) + at);
       }
+      take_row(row - wanted.top, values.data());
     }
   };
   const OIIO::TypeDesc format =
       bytes ? OIIO::TypeUInt8 : OIIO::TypeDesc(OIIO::BaseTypeFromC<Value>::value);
   if (!input.read(format, take, wanted.bottom())) reject_undecoded(file, kind);
+}
+
+template <class Value>
+Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
+                         const std::optional<Region>& part = {}) {
+  const OIIO::ImageSpec& spec = input.spec();
+  Image<Value> image(part ? part->width : spec.width, part ? part->height : spec.height,
+                     colours(spec));
+  const std::size_t row =
+      static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels());
+  read_rows<Value>(input, file, kind, part,
+                   [&](int y, const Value* values) { std::copy_n(values, row, &image(0, y)); });
   return image;
 }
 
@@ -157,10 +175,9 @@ void check_structure(std::span<const std::byte> bytes, const fs::path& file, Ima
                    to_string(kind) + " image; copy or photograph it again");
 }
 
-}  // namespace
-
-CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
-                       const std::optional<Region>& part) {
+/// Calls act(input, kind, bits of a code) with the opened picture of codes.
+template <class Act>
+auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   if (bytes.empty()) reject(file, "the file is empty");
@@ -187,7 +204,23 @@ CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
   check_channels(input.spec(), file);
   const int bits = bits_of(input.spec(), file);
   check_extent(input.spec(), file, bytes.size(), bits, expected);
-  return {read_values<std::uint16_t>(input, file, kind, part), bits};
+  return act(input, kind, bits);
+}
+
+}  // namespace
+
+CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
+                       const std::optional<Region>& part) {
+  return with_codes(file, expected, [&](OiioInput& input, ImageKind kind, int bits) {
+    return CodePicture{read_values<std::uint16_t>(input, file, kind, part), bits};
+  });
+}
+
+void read_code_rows(const fs::path& file, const SizeCheck& expected,
+                    const std::optional<Region>& part, const TakeCodeRow& take) {
+  with_codes(file, expected, [&](OiioInput& input, ImageKind kind, int) {
+    read_rows<std::uint16_t>(input, file, kind, part, take);
+  });
 }
 
 bool is_float_tiff(std::span<const std::byte> bytes) {
