@@ -1,5 +1,6 @@
 #include "io/image/png_writer.h"
 
+#include <isa-l/igzip_lib.h>
 #include <png.h>
 #include <zlib.h>
 
@@ -13,7 +14,6 @@
 #include <span>
 
 #include "core/parallel.h"
-#include "io/image/deflate_runs.h"
 
 namespace kappamu::io {
 
@@ -110,6 +110,29 @@ std::vector<std::uint8_t> filtered(const PngPixels& pixels, int first, int last)
   return bytes;
 }
 
+/// Deflate blocks (RFC 1951) that end on a byte, none of them the last: streams of several strips
+/// may follow each other. ISA-L takes a quarter of the time of zlib's fastest strategy (Z_RLE) on
+/// noise, for the same size.
+void deflate_strip(std::span<std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
+  std::vector<std::uint8_t> tables(ISAL_DEF_LVL1_DEFAULT);
+  isal_zstream stream;
+  isal_deflate_stateless_init(&stream);
+  stream.level = 1;
+  stream.level_buf = tables.data();
+  stream.level_buf_size = static_cast<std::uint32_t>(tables.size());
+  stream.flush = FULL_FLUSH;
+  stream.gzip_flag = IGZIP_DEFLATE;
+  stream.next_in = bytes.data();
+  stream.avail_in = static_cast<std::uint32_t>(bytes.size());
+  const std::size_t before = out.size();
+  out.resize(before + bytes.size() + bytes.size() / 8 + 1024);  // stored, and blocks' heads
+  stream.next_out = out.data() + before;
+  stream.avail_out = static_cast<std::uint32_t>(out.size() - before);
+  if (isal_deflate_stateless(&stream) != COMP_OK) throw std::bad_alloc();
+  out.resize(before + stream.total_out);
+}
+constexpr std::array<std::uint8_t, 2> end_of_deflate{0x03, 0x00};  // an empty last block
+
 /// Strips of the same rows whatever the number of cores, each an IDAT chunk: equal pictures have
 /// equal bytes.
 std::vector<std::uint8_t> write_in_strips(const PngPixels& pixels) {
@@ -125,13 +148,13 @@ std::vector<std::uint8_t> write_in_strips(const PngPixels& pixels) {
   std::vector<Strip> strips(static_cast<std::size_t>((pixels.height + rows - 1) / rows));
   for_rows(static_cast<int>(strips.size()), [&](int s) {
     const int first = s * rows, last = std::min(pixels.height, first + rows);
-    const std::vector<std::uint8_t> bytes = filtered(pixels, first, last);
+    std::vector<std::uint8_t> bytes = filtered(pixels, first, last);
     Strip& strip = strips[static_cast<std::size_t>(s)];
     strip.sum = ::adler32(1, bytes.data(), static_cast<uInt>(bytes.size()));
     strip.length = static_cast<z_off_t>(bytes.size());
     std::vector<std::uint8_t> stream;
     if (s == 0) stream = {0x78, 0x01};  // zlib's header (RFC 1950): window of 32 KB, fastest
-    deflate_runs(bytes, stream);
+    deflate_strip(bytes, stream);
     append_chunk("IDAT", stream, strip.chunk);
   });
   const auto big_endian = [](std::uint32_t number, std::uint8_t* to) {

@@ -18,7 +18,7 @@ struct PngPixels {
 
 enum class PngEffort {
   small,  ///< zlib's defaults
-  fast    ///< for noisy frames: differences along rows, runs only (deflate_runs.h)
+  fast    ///< for noisy frames: differences along rows, ISA-L's fast search
 };
 
 /// Throws std::bad_alloc where memory ends, the one way in which writing into memory fails.
