@@ -4,12 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <limits>
 #include <new>
+#include <set>
 #include <span>
 #include <sstream>
 #include <string>
@@ -140,6 +142,21 @@ void add_globals(CLI::App& app, Globals& globals) {
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 }
 
+void refuse_non_finite(CLI::App& app) {
+  // What the types of options that hold floating-point numbers are called in the manual pages.
+  static const std::set<std::string> numbers{"FLOAT", "FLOAT ...", "FACTOR", "G",
+                                             "MM",    "SECONDS",   "SHARE",  "X,Y,Z"};
+  for (CLI::Option* option : app.get_options()) {
+    if (numbers.count(option->get_type_name()) == 0) continue;
+    option->check([](const std::string& text) -> std::string {
+      double value = 0.0;
+      if (!CLI::detail::lexical_cast(text, value) || std::isfinite(value)) return {};
+      return "'" + text + "' is not a finite number";
+    });
+  }
+  for (CLI::App* command : app.get_subcommands({})) refuse_non_finite(*command);
+}
+
 int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   std::set_terminate(end_of_thread);
   for (const int crash : {SIGSEGV, SIGBUS, SIGABRT}) std::signal(crash, end_of_crash);
@@ -162,6 +179,7 @@ int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   Globals globals;
   add_globals(app, globals);
   add(app, globals);
+  refuse_non_finite(app);
   try {
     app.parse(argc, argv);
     return globals.exit_code;

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <iterator>
 #include <map>
+#include <mutex>
 #include <string>
 
 #include "calib/linear_frame.h"
@@ -14,6 +18,7 @@
 #include "calib/targets/chessboard.h"
 #include "calib/targets/find_board.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {
@@ -26,16 +31,6 @@ struct SeenBoards {
   std::vector<PlaneView> planes;
   std::vector<const capture::ProjectorPlane*> used;  ///< one per plane
   std::vector<std::string> without;
-
-  template <class Find>
-  std::optional<BoardCorners> found(const Find& find) {
-    try {
-      return find();
-    } catch (const InputError& error) {
-      without.emplace_back(error.what());
-      return std::nullopt;
-    }
-  }
 };
 
 /// Whether photographs show a chessboard of another size than the stated one, told from the first
@@ -77,43 +72,127 @@ class OtherSize {
   int without_ = 0;
 };
 
+/// What one place of the board shows: in its own photograph and, on a projector plane, in that of
+/// the projected board.
+struct FoundBoards {
+  std::optional<BoardCorners> printed, projected;
+  std::vector<std::string> without;  ///< sentences of those not found
+
+  template <class Find>
+  std::optional<BoardCorners> found(const Find& find) {
+    try {
+      return find();
+    } catch (const InputError& error) {
+      without.emplace_back(error.what());
+      return std::nullopt;
+    }
+  }
+};
+
+/// Lets threads pass one after the other in the order of their numbers, from 0; leaving is passing.
+class InTurn {
+ public:
+  void wait(int number) {
+    std::unique_lock lock(mutex_);
+    passed_.wait(lock, [&] { return next_ == number; });
+  }
+  void leave() {
+    {
+      const std::lock_guard lock(mutex_);
+      ++next_;
+    }
+    passed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable passed_;
+  int next_ = 0;
+};
+
+/// The boards of all photographs, several photographs at a time: those of the camera's views, then
+/// those of the planes.
+std::vector<FoundBoards> search_boards(const capture::Session& session,
+                                       const capture::Radiometry& radiometry,
+                                       bool projected_boards) {
+  const capture::Calibration& shots = session.calibration;
+  const auto views = static_cast<int>(shots.camera_boards.size());
+  const int count = views + static_cast<int>(shots.projector_planes.size());
+  // A photograph takes 30 bytes a pixel while its board is found.
+  constexpr double most_bytes = 1.5e9, bytes_a_pixel = 30.0;
+  const double pixels = 1.0 * session.camera.width * session.camera.height;
+  const auto at_once = static_cast<unsigned>(std::max(1.0, most_bytes / (bytes_a_pixel * pixels)));
+  std::vector<FoundBoards> all(static_cast<std::size_t>(count));
+  OtherSize other(shots.board);
+  InTurn turn;
+  const auto search = [&](int n) {
+    FoundBoards& found = all[static_cast<std::size_t>(n)];
+    const capture::ProjectorPlane* plane =
+        n < views ? nullptr : &shots.projector_planes[static_cast<std::size_t>(n - views)];
+    const capture::Frame& frame =
+        plane != nullptr ? plane->board : shots.camera_boards[static_cast<std::size_t>(n)];
+    Image<float> grey;
+    std::exception_ptr failure;
+    try {
+      grey = load_linear(session, frame, radiometry);
+      found.printed = found.found([&] { return find_board(grey, shots.board, frame.file); });
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    // What is said of another size, and of the first bad file, does not depend on the threads.
+    turn.wait(n);
+    try {
+      if (failure) std::rethrow_exception(failure);
+      other.look(grey, frame.file, found.printed.has_value());
+    } catch (...) {
+      turn.leave();
+      throw;
+    }
+    turn.leave();
+    if (plane == nullptr || !projected_boards || !found.printed) return;
+    grey = load_linear(session, *plane->projected, radiometry);
+    found.projected = found.found([&] {
+      return find_projected_chessboard(grey, shots.projected_board->columns,
+                                       shots.projected_board->rows, *found.printed,
+                                       plane->projected->file);
+    });
+  };
+  for_rows(count, search, at_once);
+  return all;
+}
+
 SeenBoards find_boards(const capture::Session& session, const capture::Radiometry& radiometry,
                        bool projected_boards, std::size_t least) {
   const capture::Calibration& shots = session.calibration;
+  const std::size_t from_planes = shots.camera_boards.size();
   SeenBoards seen;
-  OtherSize other(shots.board);
-  const auto printed = [&](const capture::Frame& frame) {
-    const Image<float> grey = load_linear(session, frame, radiometry);
-    auto corners = seen.found([&] { return find_board(grey, shots.board, frame.file); });
-    other.look(grey, frame.file, corners.has_value());
-    return corners;
-  };
-  for (const capture::Frame& frame : shots.camera_boards) {
-    if (auto corners = printed(frame)) seen.views.push_back({frame.file, std::move(*corners)});
+  std::vector<FoundBoards> all = search_boards(session, radiometry, projected_boards);
+  for (std::size_t n = 0; n < from_planes; ++n) {
+    if (all[n].printed)
+      seen.views.push_back({shots.camera_boards[n].file, std::move(*all[n].printed)});
   }
   // The planes' printed boards are seen through the same lens: they help it, too.
   std::vector<BoardView> of_planes;
-  for (const capture::ProjectorPlane& plane : shots.projector_planes) {
-    auto corners = printed(plane.board);
-    if (!corners) continue;
-    PlaneView view{"", *corners, {}};
-    BoardView board{plane.board.file, std::move(*corners)};
+  for (std::size_t p = 0; p < shots.projector_planes.size(); ++p) {
+    const capture::ProjectorPlane& plane = shots.projector_planes[p];
+    FoundBoards& found = all[from_planes + p];
+    if (!found.printed) continue;
+    PlaneView view{"", *found.printed, {}};
+    BoardView board{plane.board.file, std::move(*found.printed)};
     if (projected_boards) {
       view.name = plane.projected->file;
-      const Image<float> grey = load_linear(session, *plane.projected, radiometry);
-      auto projected = seen.found([&] {
-        return find_projected_chessboard(grey, shots.projected_board->columns,
-                                         shots.projected_board->rows, view.printed, view.name);
-      });
-      if (!projected) {
+      if (!found.projected) {
         seen.views.push_back(std::move(board));
         continue;
       }
-      view.projected = std::move(*projected);
+      view.projected = std::move(*found.projected);
     }
     of_planes.push_back(std::move(board));
     seen.planes.push_back(std::move(view));
     seen.used.push_back(&plane);
+  }
+  for (FoundBoards& found : all) {
+    std::move(found.without.begin(), found.without.end(), std::back_inserter(seen.without));
   }
   seen.views.insert(seen.views.end(), of_planes.begin(), of_planes.end());
   const std::size_t least_planes = std::min(least_views, shots.projector_planes.size());
@@ -134,19 +213,17 @@ ProjectorMap read_code(const capture::Session& session, const capture::Projector
   }
   std::optional<ProjectorMap> map;
   if (!plane.gray_code.empty()) {
-    std::vector<Image<float>> frames;
-    for (const capture::Frame& frame : plane.gray_code) {
-      frames.push_back(load_codes(session, frame));
-    }
-    map = decode_gray_code(frames, session.projector);
+    map =
+        decode_gray_code([&](std::size_t n) { return load_codes(session, plane.gray_code.at(n)); },
+                         session.projector);
   }
   if (plane.phase_shift.empty()) return std::move(*map);
   std::vector<PhaseFrames> sets;
   for (const capture::PhaseShift& set : plane.phase_shift) {
-    sets.push_back({set.along, set.period_px, {}});
-    for (const capture::Frame& frame : set.frames) {
-      sets.back().frames.push_back(load_linear(session, frame, radiometry));
-    }
+    sets.push_back({set.along, set.period_px, set.frames.size(),
+                    [&session, &radiometry, &frames = set.frames](std::size_t n) {
+                      return load_linear(session, frames.at(n), radiometry);
+                    }});
   }
   return decode_phase_shift(std::move(sets), session.projector, map);
 }

@@ -211,8 +211,9 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
       pixels = pixels_in(part, footprints, session.camera.width);
     }
     const std::vector<std::uint8_t> lit_here =
-        front_lit ? lit_voxels(irradiance.data(), footprints.shape, options.lit_threshold)
-                  : std::vector<std::uint8_t>(seen_cells, 0);
+        front_lit && !options.keep_lit
+            ? lit_voxels(irradiance.data(), footprints.shape, options.lit_threshold)
+            : std::vector<std::uint8_t>(seen_cells, 0);
     for (std::size_t c = 0; c < channels; ++c) {
       const std::size_t at = (c * count + m) * seen_cells;
       average(picture, static_cast<int>(c), footprints, pixels, exitance_per_signal[c], options,
@@ -223,6 +224,12 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     }
   }
   values.tell(progress);
+  if (front_lit && !options.keep_lit &&
+      std::none_of(result.mask.begin(), result.mask.end(), [](std::uint8_t m) { return m != 0; })) {
+    progress.warn("every voxel of the seen face is lit under every pattern for " + role_name +
+                  ", and a fit by diffusion leaves lit voxels out: `kappamu map` measures them, by "
+                  "transport.");
+  }
   progress.update("measure " + role_name, 1.0, "done");
   validate(result, session.folder.string());
   return result;

@@ -27,6 +27,7 @@ struct MeasureOptions {
   /// Front-lit: voxels that receive more than this part of full white, and their neighbours, are
   /// left out, because the camera sees light reflected off their surface.
   double lit_threshold = 0.01;
+  bool keep_lit = false;  ///< lit voxels are measured too, for physics that holds there
 };
 
 /// The part of the pictures that measure_surface() needs: the sample's surroundings.

@@ -1,8 +1,7 @@
 #include "core/grid.h"
 
-#include <cmath>
-
 #include "core/error.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/shown_text.h"
 
 namespace kappamu {
@@ -32,12 +31,12 @@ std::size_t face_cell(const GridShape& grid, Face face, int u, int v, int depth)
 
 namespace {
 
-void validate_one(const Volume<double>& volume, const char* name, bool zero_allowed,
-                  const char* rule, const std::string& source) {
+void validate_one(const Volume<double>& volume, const char* name, double least, const char* rule,
+                  const std::string& source) {
   const GridShape& s = volume.shape();
   for (std::size_t i = 0; i < volume.size(); ++i) {
     const double value = volume[i];
-    if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) continue;
+    if (value >= least && value <= most_coefficient) continue;
     const auto nx = static_cast<std::size_t>(s.nx);
     const auto ny = static_cast<std::size_t>(s.ny);
     throw InputError(source + formatted(": %s is %g at voxel x=%zu y=%zu z=%zu; %s", name, value,
@@ -48,17 +47,16 @@ void validate_one(const Volume<double>& volume, const char* name, bool zero_allo
 }  // namespace
 
 void validate(const Medium& medium, const std::string& source) {
-  // Beyond these, areas and volumes of voxels leave the range of floats.
-  constexpr double least_mm = 1e-6, most_mm = 1e6;
   const double edge = medium.kappa.shape().voxel_mm;
-  if (!(edge >= least_mm && edge <= most_mm)) {
+  if (!(edge >= least_voxel_mm && edge <= most_voxel_mm)) {
     throw InputError(source +
                      formatted(": the voxels' edge is %g mm; it must lie between %g and %g", edge,
-                               least_mm, most_mm));
+                               least_voxel_mm, most_voxel_mm));
   }
-  validate_one(medium.kappa, "kappa", false, "every kappa must be finite and positive [mm]",
+  validate_one(medium.kappa, "kappa", least_kappa,
+               "every kappa must be positive, from 1e-9 to 1e9 mm", source);
+  validate_one(medium.mu, "mu", 0.0, "every mu must be finite and not negative, at most 1e9 /mm",
                source);
-  validate_one(medium.mu, "mu", true, "every mu must be finite and not negative [1/mm]", source);
 }
 
 }  // namespace kappamu

@@ -143,8 +143,10 @@ Truth truth_of(const SimulatedRig& simulated, const SimulationOptions& options,
 
 std::vector<PlannedPattern> planned_patterns(const Rig& rig, const SimulationOptions& options) {
   const capture::ProjectorQuad quad = aimed_quad(rig);
+  const GridShape& grid = rig.sample.grid;
   std::vector<PlannedPattern> patterns =
-      capture::make_fit_patterns(rig.projector_size, quad, options.light, patch_overhang);
+      capture::make_fit_patterns(rig.projector_size, quad, options.light, patch_overhang,
+                                 {grid.nx * grid.voxel_mm, grid.ny * grid.voxel_mm});
   if (options.validation) {
     constexpr int n = 8;
     const std::vector<PlannedPattern> fine = capture::make_patch_patterns(

@@ -35,7 +35,19 @@ void within(const std::string& option, double value, double low, double high) {
 
 void validate(const SimulationOptions& options) {
   const bool bars = options.light.shape == capture::LightShape::bars;
-  within(bars ? "bars" : "patches", options.light.n, 1, bars ? 64 : 16);
+  if (options.light.shape == capture::LightShape::sinusoids) {
+    for (const double per_mm : options.light.sinusoids.per_mm) {
+      within("sinusoids", per_mm, 1e-3, 10);
+    }
+    within("phases", options.light.sinusoids.phases, 3, 36);
+  } else {
+    within(bars ? "bars" : "patches", options.light.n, 1, bars ? 64 : 16);
+  }
+  within("anisotropy", options.anisotropy, -0.95, 0.95);
+  if (options.anisotropy != 0.0 && options.transport != TransportMethod::monte_carlo) {
+    throw InputError("anisotropy is " + number(options.anisotropy) +
+                     ", and diffusion knows reduced scattering alone: choose montecarlo");
+  }
   within("noise", options.noise_scale, 0, 10);
   within("bit depth", options.bit_depth, 8, 16);
   within("boards", options.board_views, 3, 60);

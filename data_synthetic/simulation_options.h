@@ -17,7 +17,7 @@ struct SimulationOptions {
   std::string sample = "demo";  ///< see sample_names()
   /// Voxels along x, y, z instead of the sample's own, for quick variants.
   std::optional<std::array<int, 3>> grid;
-  capture::FitLight light;   ///< patterns to fit, bars 1 to 64, patches 1 to 16
+  capture::FitLight light;   ///< patterns to fit, bars 1 to 64, patches 1 to 16, sinusoids
   bool validation = true;    ///< add validation patterns: 4 of 8 × 8 patches, a cross, a checker
   double noise_scale = 1.0;  ///< factor on shot and read noise, 0 (none) to 10
   std::uint64_t seed = 1;    ///< of the sample's structure, the rig's imperfections and the noise
@@ -47,6 +47,7 @@ struct SimulationOptions {
   TransportMethod transport = TransportMethod::diffusion;
   std::uint64_t photons =
       TransportChoice{}.photons;  ///< per pattern, Monte Carlo, 1000 to 2^32 − 1
+  double anisotropy = 0.0;        ///< g of Monte Carlo's scattering, −0.95 to 0.95
   int holdout = 8;                ///< n × n held-out patches in the truth, 0 (none) to 16
 
   static std::vector<double> geometric_exposures(double first, double last, int count);

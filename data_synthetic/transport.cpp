@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "data_synthetic/scene/random.h"
 #include "forward/forward_model.h"
 
@@ -59,6 +60,7 @@ Transport::Transport(const Block& block, const std::string& device, const Transp
   solver_->problem.setup = setup;
   solver_->options.device = device;
   solver_->options.photons = choice.photons;
+  solver_->options.anisotropy = choice.anisotropy;
   solver_->constants = boundary_constants(block.eta);
   solver_->backend = device;
 }
@@ -84,7 +86,10 @@ std::string Transport::backend() const {
 
 std::string Transport::model() const {
   if (solver_->grid) return "grid diffusion, physical convention, first-collision source";
-  return "Monte Carlo radiative transfer, isotropic scattering, collimated light, " +
+  const std::string scattering = choice_.anisotropy == 0.0
+                                     ? "isotropic scattering"
+                                     : "Henyey-Greenstein g " + shown_number(choice_.anisotropy);
+  return "Monte Carlo radiative transfer, " + scattering + ", collimated light, " +
          std::to_string(choice_.photons) + " photons per pattern";
 }
 

@@ -25,7 +25,8 @@ struct Block {
 
 enum class TransportMethod {
   diffusion,   ///< grid diffusion, converged: no noise, but the pipeline's own physics
-  monte_carlo  ///< radiative transfer, isotropic scattering of σs': noisy, and more than diffusion
+  monte_carlo  ///< radiative transfer, scattering of σs' isotropic or by g: noisy, more than
+               ///< diffusion
 };
 
 /// How a block's light is computed; the defaults are those of a simulation.
@@ -33,6 +34,7 @@ struct TransportChoice {
   TransportMethod method = TransportMethod::diffusion;
   std::uint64_t photons = 300'000;  ///< per pattern, Monte Carlo
   std::uint64_t seed = 1;           ///< of Monte Carlo; every call draws streams of its own
+  double anisotropy = 0.0;          ///< Henyey-Greenstein g of Monte Carlo, σs = σs'/(1 − g)
 };
 
 /// Exitance of a block under any light; keeps its solver from one medium to the next. Patterns are

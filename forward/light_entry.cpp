@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/mesh/edges.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/random.h"
 
 namespace kappamu::forward {
@@ -73,8 +74,10 @@ void check_problem(const ObjectProblem& problem, const ObjectOptions& options) {
   require(options.tolerance > 0.0 && options.tolerance < 1.0,
           "the tolerance must lie between 0 and 1");
   const Coefficients least = problem.medium.smallest(), most = problem.medium.largest();
-  require(least.kappa > 0.0 && std::isfinite(most.kappa), "kappa must be positive and finite");
-  require(least.mu >= 0.0 && std::isfinite(most.mu), "mu must be finite and not negative");
+  require(least.kappa >= least_kappa && most.kappa <= most_coefficient,
+          "kappa must be positive, from 1e-9 to 1e9 mm");
+  require(least.mu >= 0.0 && most.mu <= most_coefficient,
+          "mu must be finite and not negative, at most 1e9 /mm");
   for (std::size_t l = 0; l < problem.lights.size(); ++l) {
     const ObjectLight& light = problem.lights[l];
     require(light.diffuse.empty() || light.diffuse.size() == problem.surface.size(),

@@ -24,12 +24,12 @@
 
 namespace kappamu::forward {
 
-/// A thin collimated beam that arrives at a point of the surface from outside.
+/// A thin collimated beam that meets a triangle from outside, or begins inside and flies to it.
 struct Beam {
   int triangle = 0;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< on the triangle [mm]
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of travel, outside, of unit length
-  double power = 0.0;                                    ///< before Fresnel reflection [mm²]
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< on it, or inside [mm]
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of travel where it is, of unit length
+  double power = 0.0;  ///< before Fresnel; inside: all of it [mm²]
 };
 
 /// Light of one source, or of all together.

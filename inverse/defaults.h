@@ -197,6 +197,11 @@ inline constexpr double negligible_share = 2e-3;
 inline constexpr double most_kept = 3.0;
 }  // namespace layers
 
+namespace layer_freedom {  // block_model/layer_freedom.h
+/// Layers that the profile along the depth is cut into: two tangent solves each.
+inline constexpr int layers = 6;
+}  // namespace layer_freedom
+
 namespace model_choice {  // block_model/model_choice.h
 /// Share of the stated variance that a misfit may have: 0.22 standard deviations, E = 5e-6 at 1 %
 /// noise (docs/theory.md, 4). Rise of χ² per value that fewer layers may cost.

@@ -1,6 +1,7 @@
 #include "io/csv_table.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -15,10 +16,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Blanks of UTF-8 that look like none: no-break, narrow no-break and zero-width space, byte order
+/// mark.
+constexpr std::array<std::string_view, 6> blanks{" ", "\t", "\u00a0", "\u202f", "\u200b", "\ufeff"};
+
 std::string trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return std::string(text.substr(begin, text.find_last_not_of(" \t") - begin + 1));
+  const auto cut = [&](const auto& has, const auto& take) {
+    for (bool again = true; again;) {
+      again = false;
+      for (const std::string_view blank : blanks) {
+        if (!has(blank)) continue;
+        take(blank.size());
+        again = true;
+      }
+    }
+  };
+  cut([&](std::string_view blank) { return text.starts_with(blank); },
+      [&](std::size_t size) { text.remove_prefix(size); });
+  cut([&](std::string_view blank) { return text.ends_with(blank); },
+      [&](std::size_t size) { text.remove_suffix(size); });
+  return std::string(text);
 }
 
 std::string lower(std::string text) {

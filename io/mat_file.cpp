@@ -88,14 +88,19 @@ void copy_any(const matvar_t& variable, std::size_t page, Image<float>& picture)
   }
 }
 
-}  // namespace
+/// An open file and the variable asked for, its numbers not read yet.
+struct Opened {
+  MatFile mat;
+  Variable variable;
+  std::string which;  ///< for sentences
+  std::size_t rows, columns, pages;
+};
 
-Image<float> read_mat_picture(const std::filesystem::path& file, const std::string& variable,
-                              std::size_t page) {
+Opened open_picture(const std::filesystem::path& file, const std::string& variable) {
   const std::string name = file.string();
   if (!std::filesystem::is_regular_file(file)) throw InputError(name + ": there is no such file");
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // else HDF5 prints what goes wrong
-  const MatFile mat(Mat_Open(name.c_str(), MAT_ACC_RDONLY), Mat_Close);
+  MatFile mat(Mat_Open(name.c_str(), MAT_ACC_RDONLY), Mat_Close);
   if (!mat) {
     throw InputError(name + ": is no MATLAB file of level 5 or 7.3; save it with -v7 or -v7.3");
   }
@@ -112,6 +117,18 @@ Image<float> read_mat_picture(const std::filesystem::path& file, const std::stri
                      " x " + std::to_string(pages) + " numbers; at most " +
                      std::to_string(most_image_values) + " are read");
   }
+  return {std::move(mat), std::move(found), which, rows, columns, pages};
+}
+
+}  // namespace
+
+std::size_t count_mat_pages(const std::filesystem::path& file, const std::string& variable) {
+  return open_picture(file, variable).pages;
+}
+
+Image<float> read_mat_picture(const std::filesystem::path& file, const std::string& variable,
+                              std::size_t page) {
+  const auto [mat, found, which, rows, columns, pages] = open_picture(file, variable);
   if (page >= pages) {
     throw InputError(which + "has pages 0 to " + std::to_string(pages - 1) + ", no page " +
                      std::to_string(page));

@@ -16,4 +16,7 @@ namespace kappamu::io {
 Image<float> read_mat_picture(const std::filesystem::path& file, const std::string& variable,
                               std::size_t page);
 
+/// How many pages that array has; 1 of a matrix. Throws as read_mat_picture().
+std::size_t count_mat_pages(const std::filesystem::path& file, const std::string& variable);
+
 }  // namespace kappamu::io

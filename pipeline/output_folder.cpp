@@ -196,7 +196,7 @@ fs::path bench_folder(const fs::path& folder, const std::vector<fs::path>& input
   if (first != fs::directory_iterator()) {
     throw InputError(
         first->path().string() +
-            ": was not written by kappamu bench, which replaces what its folder holds; "
+            ": was not written by kappamu-studies, which replaces what its folder holds; "
             "choose an empty folder",
         {{"out"}});
   }

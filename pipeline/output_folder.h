@@ -91,8 +91,9 @@ class OutputFolder {
   StagedFiles files_;
 };
 
-/// The folder of `kappamu bench`, whose sections read what earlier ones wrote: makes it, or throws
-/// InputError unless it is empty or bench's already, and apart from `inputs`. Returns its path.
+/// The folder of `kappamu-studies`, whose sections read what earlier ones wrote: makes it, or
+/// throws InputError unless it is empty or bench's already, and apart from `inputs`. Returns its
+/// path.
 std::filesystem::path bench_folder(const std::filesystem::path& folder,
                                    const std::vector<std::filesystem::path>& inputs = {});
 

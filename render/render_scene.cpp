@@ -185,7 +185,7 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
   RenderResult result;
   progress.update("scene", 0.0, film_memory(scene));
   const World world(scene, result.warnings);
-  const LightSources sources = make_light_sources(scene.lights);
+  const LightSources sources = make_light_sources(world.outer_lights());
   const std::optional<Environment> environment = make_environment(scene.lights);
   progress.update("scene", 1.0, "");
   result.scene_seconds = watch.lap();

@@ -79,7 +79,7 @@ Html wavelength_section(const sfdi::WavelengthMap& map) {
                          number(r.mean.musp) + " ± " + number(r.deviation[1], 2) + " /mm.");
   }
   content += row({parts_table(map), checks_table(map)});
-  return section(shown_number(map.wavelength_nm) + " nm", content);
+  return section(map.label(), content);
 }
 
 Html spectral_section(const sfdi::Maps& maps) {

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what kappamu builds and tests with: Debian 12 packages, by name, nothing else. Quick when they are there.
-#   scripts/setup.sh [--peers] [--distributed]     --peers: also the solver that `kappamu bench` sets beside ours (hypre, MPI)
+#   scripts/setup.sh [--peers] [--distributed]     --peers: also the solver that `kappamu-studies` sets beside ours (hypre, MPI)
 #                                                  --distributed: also what kappamu-mpi is built with (PETSc, MPI: 60 MB)
 set -euo pipefail
 
@@ -9,7 +9,7 @@ build_packages=(
   libeigen3-dev ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
-  libceres-dev libopenimageio-dev libpng-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
+  libceres-dev libopenimageio-dev libpng-dev libisal-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
   libraw-dev libmatio-dev libembree-dev libxxhash-dev
   libglfw3-dev libimgui-dev libepoxy-dev pkg-config libgl1-mesa-dri
   libcli11-dev nlohmann-json3-dev

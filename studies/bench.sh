@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Measures subjects of `kappamu bench` on this machine into out/bench, then renews pictures and tables of the pages in
+# Measures subjects of `kappamu-studies` on this machine into out/bench, then renews pictures and tables of the pages in
 # docs/. Leave the machine alone meanwhile.
 #   studies/bench.sh [--quick|--small] [--draw] [SUBJECT|SUBJECT-SECTION...]     such as forward-peers inverse limits
-# (default: forward, half an hour; `kappamu bench --help` names subjects and sections). --quick: toy problems into
+# (default: forward, half an hour; `kappamu-studies --help` names subjects and sections). --quick: toy problems into
 # out/bench-quick, the pages stay; --small: smaller problems; --draw: measure nothing. BENCH_UNDER holds words to put
-# before each measurement, BENCH_KAPPAMU another program than build/app/kappamu, BENCH_SLABS the data of slabs.
+# before each measurement, BENCH_KAPPAMU another program than build/app/kappamu-studies, BENCH_SLABS the data of slabs.
 # SUBJECT gpu, alone: what a GPU is compared by, on the first one there is (else a processor), tables into out/bench-gpu.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -24,9 +24,9 @@ if [[ ${wanted[*]} == gpu ]]; then
   out=out/bench-gpu pages=()
   wanted=(forward-headline forward-kernels forward-scaling inverse-samples)
 fi
-kappamu=${BENCH_KAPPAMU:-build/app/kappamu}
+studies=${BENCH_KAPPAMU:-build/app/kappamu-studies}
 if ((!draw)); then
-  [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release kappamu kappamu-bench
+  [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release kappamu-studies
   read -ra under <<<"${BENCH_UNDER:-}"
   for what in "${wanted[@]}"; do
     echo "bench: $what"
@@ -34,7 +34,7 @@ if ((!draw)); then
     [[ $what == *-* ]] && more=(--section "${what#*-}")
     [[ $out == out/bench-gpu && $what == inverse-samples ]] && more+=(--sample marble)
     [[ $what == slabs ]] && more=(--data "${BENCH_SLABS:-../shared/data/slab-rt-iad}")
-    "${under[@]}" "$kappamu" bench "${what%%-*}" -o "$out" "${size[@]}" "${more[@]}"
+    "${under[@]}" "$studies" "${what%%-*}" -o "$out" "${size[@]}" "${more[@]}"
   done
 fi
 studies/bench_charts.py "$out" "${pages[@]}"

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Charts and tables of the records that `kappamu bench` wrote.
+"""Charts and tables of the records that `kappamu-studies` wrote.
 
     studies/bench_charts.py FOLDER              draws FOLDER/<record>.png and writes FOLDER/<record>.md
     studies/bench_charts.py FOLDER PAGE.md...   also renews the pages: the text between `<!-- bench:<record> -->`
@@ -18,12 +18,14 @@ import numpy
 
 from charts.common import flat
 from charts.diffusion import slabs, validity
+from charts.figures import pictures as figure_pictures, samples as figure_samples, stairs, weights
 from charts.forward import headline, kernels, peers, scaling, time_error
 from charts.inverse import ablations, coverage, optimisers, patterns, samples, scores, uncertainty, voxels
 from charts.limits import LIMITS
 from charts.maps import map_pictures
 from charts.objects import automatic, estimates, invariances, object_costs, objects, pictures, refinement
 from charts.rig import calibration, hdr, rig
+from charts.sfdi import peer
 from charts.surfaces import form_factors, importance, polygrid_convergence, polygrid_frames, polygrid_quality
 
 
@@ -34,13 +36,15 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "inverse-voxels": voxels, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "inverse-coverage": coverage,
-            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
+            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr, "sfdi-peer": peer,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-estimate": estimates, "objects-picture": pictures, "objects-invariance": invariances,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
+            "figures-pictures": figure_pictures, "figures-samples": figure_samples, "figures-weights": weights,
+            "figures-stairs": stairs,
              "dipole-importance": importance, "dipole-form-factors": form_factors,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
@@ -64,13 +68,18 @@ def draw(folder):
         record = json.loads(file.read_text())
         if record.get("format") != "kappamu-bench-" + stem.split("-")[0] or record.get("version") != 2:
             raise SystemExit(f"bench_charts: {file} is no record of this version; remove it and measure again")
+        record["folder"] = str(folder)
         try:
             figures, made = make(record)
         except KeyError as missing:
             raise SystemExit(f"bench_charts: {file} has no {missing}: another version measured it; measure again") from None
         for end, figure in figures.items():
-            drawn[stem + end] = folder / f"{stem}{end}.png"
-            figure.savefig(drawn[stem + end], dpi=100, bbox_inches="tight", metadata={"Software": None})
+            if stem == "figures-pictures":  # photographs are a fifth as large as JPEG
+                drawn[stem + end] = folder / f"{stem}{end}.jpg"
+                figure.savefig(drawn[stem + end], dpi=100, pil_kwargs={"quality": 90})
+            else:
+                drawn[stem + end] = folder / f"{stem}{end}.png"
+                figure.savefig(drawn[stem + end], dpi=100, bbox_inches="tight", metadata={"Software": None})
             plt.close(figure)
         for end, text in made.items():
             write(folder / (stem + end + ("" if "." in end else ".md")), text)
@@ -98,13 +107,13 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     drawn, texts = draw(folder)
     if not drawn and not texts:
-        raise SystemExit(f"bench_charts: {folder} holds no record; measure with `kappamu bench SUBJECT -o {folder}`")
+        raise SystemExit(f"bench_charts: {folder} holds no record; measure with `kappamu-studies SUBJECT -o {folder}`")
     for page in map(pathlib.Path, sys.argv[2:]):
         text = page.read_text()
         write(page, renewed(text, texts))
         for name, picture in drawn.items():
-            if f"images/{name}.png" in text:
-                (page.parent / "images" / f"{name}.png").write_bytes(picture.read_bytes())
+            if f"images/{name}{picture.suffix}" in text:
+                (page.parent / "images" / f"{name}{picture.suffix}").write_bytes(picture.read_bytes())
     print(f"{len(drawn)} pictures and {len(texts)} tables of {folder}")
 
 

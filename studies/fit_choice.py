@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Makes the table that `model: auto` chooses by, from what `kappamu bench objects` measured on its tuning scenes.
+"""Makes the table that `model: auto` chooses by, from what `kappamu-studies objects` measured on its tuning scenes.
 
     studies/fit_choice.py --probe out/probe.json out/*/objects-models.json      # commands: docs/objects-bench.md, "Which model"
 

@@ -1,4 +1,4 @@
-// kappamu-bench, which `kappamu bench` starts: the measurements behind docs/benchmarks.md, one
+// kappamu-studies: the measurements behind docs/benchmarks.md and its neighbours, one
 // command per subject.
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -93,7 +93,7 @@ void add_subject(CLI::App& app, const studies::Subject& subject, Globals& global
 }
 
 void add_subjects(CLI::App& app, Globals& globals) {
-  app.name("kappamu bench");
+  app.name("kappamu-studies");
   app.description(
       R"(Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours.
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws polygrids as `kappamu bench polygrid --write` leaves them: the faces on the surface, coloured by the scaled
+"""Draws polygrids as `kappamu-studies polygrid --write` leaves them: the faces on the surface, coloured by the scaled
 Jacobian of their cells, and below it by what became of the six weights of [W] appendix B there.
 
     polygrid_picture.py PICTURE.png STEM...      STEM-faces.npy, STEM-jacobian.npy and STEM-weights.npy, y upwards

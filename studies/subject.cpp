@@ -70,7 +70,7 @@ const std::vector<Subject>& subjects() {
       forward_subject(),  validity_subject(),    slabs_subject(),  inverse_subject(),
       limits_subject(),   uncertainty_subject(), views_subject(),  rig_subject(),
       hdr_subject(),      objects_subject(),     dipole_subject(), boundary_subject(),
-      polygrid_subject(), sfdi_subject(),        fur_subject()};
+      polygrid_subject(), sfdi_subject(),        fur_subject(),    figures_subject()};
   return all;
 }
 

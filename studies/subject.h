@@ -1,4 +1,4 @@
-// What `kappamu bench` measures: subjects, each with its sections and settings. A section measures
+// What `kappamu-studies` measures: subjects, each with its sections and settings. A section measures
 // and hands over its numbers as JSON; record, file and summary are made here, charts and tables by
 // studies/bench_charts.py.
 #pragma once

@@ -1,4 +1,4 @@
-// The subjects of `kappamu bench`, each made where its sections are.
+// The subjects of `kappamu-studies`, each made where its sections are.
 #pragma once
 
 #include "studies/subject.h"
@@ -7,6 +7,7 @@ namespace kappamu::studies {
 
 Subject boundary_subject();
 Subject dipole_subject();
+Subject figures_subject();
 Subject forward_subject();
 Subject fur_subject();
 Subject hdr_subject();

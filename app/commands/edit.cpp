@@ -84,6 +84,7 @@ void run_edit(const EditOptions& options, const Globals& globals) {
     open_volume(options, opened);
   }
   apply(recipe, options.recipe, opened.edited->history(), warnings);
+  if (opened.scene) opened.edited->require_body();
   const std::vector<std::string> files =
       write_edited(*opened.edited, opened.source, options.out, "edit", {options.recipe});
   for (const std::string& warning : warnings) progress->warn(warning);
@@ -108,7 +109,7 @@ SOURCE is a scene (.json), a .vdb file, a run folder, or a folder with volume.js
 a JSON file of format kappamu-edit (docs/formats.md, "Edits"), lists edits in order. Each
 multiplies, adds, sets, blends or copies coefficients, colours or mean free paths of all
 channels or some: in a box, in a range of depths, under an image, under a brush's strokes, or
-everywhere; or it changes the surface's index and roughness. Into OUT go:
+everywhere; or it changes the surface's index and roughness, or the shape. Into OUT go:
 
   recipe.json  the recipe, its files named from OUT
   volume.vdb   the edited volume; `kappamu export OUT` and scenes take it

@@ -127,7 +127,8 @@ docs/simulator.md. The pose of everything is a little off and unknown to the pip
       ->add_option("--sample", a.options.sample,
                    "demo (40 x 32 x 12 voxels, back-lit), wax1 (130 x 53 x 37, back-lit), wax2 "
                    "(140 x 75 x 48, front-lit), marble (256 x 256 x 20, back-lit), stone "
-                   "(128 x 128 x 41, back-lit), tiny (12 x 10 x 6, back-lit)")
+                   "(128 x 128 x 41, back-lit), tiny (12 x 10 x 6, back-lit), phantom "
+                   "(48 x 48 x 24, front-lit, homogeneous, index 1.4: for sinusoids)")
       ->type_name("NAME")
       ->capture_default_str();
   add_out(*command, a.out, "Folder to write session/ and truth/ into");
@@ -159,6 +160,12 @@ docs/simulator.md. The pose of everything is a little off and unknown to the pip
       ->add_option("--photons", a.options.photons,
                    "Per pattern and channel, of --transport montecarlo")
       ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--anisotropy", a.options.anisotropy,
+                   "Henyey-Greenstein g of --transport montecarlo, at equal reduced scattering; "
+                   "what is seen where light falls needs it")
+      ->type_name("G")
       ->capture_default_str();
   command->add_option("--board", a.board, "Kind of the printed board")
       ->check(CLI::IsMember({"chessboard", "charuco", "circles", "asymmetric-circles"}))

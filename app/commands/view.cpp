@@ -161,8 +161,8 @@ SCENE is what `kappamu render` takes; of a RUN it is the measured block between 
 F1 in the window lists keys and mouse. A coarse picture comes first and sharpens while nothing
 moves, up to the tolerance. The window states model, error and what it computes.
 
-Seen is the light that diffusion lets out; reflections and single scattering are in
-`kappamu render` alone.
+While anything moves, reflections and light scattered once are drawn in approximation. At rest
+the picture is traced as `kappamu render` does it, ray by ray, until something moves again.
 
 Edits change any object's kappa and mu, or colour and mean free path: under a brush's stroke
 down to a depth, in a box, a layer, below an image thrown from the view or laid on a face, or
@@ -171,7 +171,7 @@ everywhere. They are listed, reordered, switched off, undone and done again, and
 from saved edits, and from those of a window that ended before they were saved.
 
 A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
-exposure E, panel on|off, channel all|R|G|B,
+exposure E, panel on|off, trace on|off, channel all|R|G|B,
 brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH, paint X Y ..., preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N,
 save, screenshot NAME, quit.)");
   auto arguments = std::make_shared<ViewArguments>();

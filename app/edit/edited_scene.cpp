@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "forward/registry.h"
+#include "render/deform/deform_file.h"
 #include "io/read_file.h"
 #include "pipeline/output_folder.h"
 
@@ -69,6 +70,9 @@ std::string edited_scene(const render::Scene& scene, std::size_t object,
   changed["material"] = material ? homogeneous(*material)
                                  : measured(changed["material"], scene.objects[object], edited);
   const render::EditHistory& history = edited.history();
+  const std::vector<render::Deformation> deformations = history.deformations();
+  changed.erase("deform");
+  if (!deformations.empty()) changed["deform"] = render::deformations_json(deformations);
   // Coefficients in place of a name state no index.
   const std::optional<double> eta = material ? history.volume().eta : history.eta();
   if (eta) changed["surface"]["eta"] = *eta;

@@ -43,6 +43,7 @@ void Answers::ask(render::LiveQuestion question) {
   {
     const std::lock_guard lock(mutex_);
     asked_ = std::move(question);
+    picture_.reset();
   }
   changed_.notify_all();
 }
@@ -63,6 +64,27 @@ bool Answers::refining() const {
   return refining_ || (working_ && now_.refining);
 }
 
+void Answers::look(const std::optional<render::PictureView>& view) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (view == view_) return;
+    view_ = view;
+    picture_.reset();
+    traced_all_ = false;
+  }
+  changed_.notify_all();
+}
+
+std::optional<Answers::Traced> Answers::take_picture() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(picture_, std::nullopt);
+}
+
+bool Answers::tracing() const {
+  const std::lock_guard lock(mutex_);
+  return may_trace() || picture_;
+}
+
 std::optional<Answers::Work> Answers::work_now() const {
   const std::lock_guard lock(mutex_);
   if (!working_) return std::nullopt;
@@ -73,6 +95,7 @@ std::optional<Answers::Work> Answers::work_now() const {
 
 /// With the mutex held.
 bool Answers::cancelled() const {
+  if (now_.tracing && view_ != traced_view_) return true;
   return stop_ || (asked_ && (now_.refining || since_.seconds() > worth_waiting_s));
 }
 
@@ -80,7 +103,7 @@ void Answers::work() {
   Listener progress(*this);
   std::unique_lock lock(mutex_);
   while (!stop_) {
-    if (!asked_ && !refining_) {
+    if (!asked_ && !refining_ && !may_trace()) {
       changed_.wait(lock);
       continue;
     }
@@ -88,13 +111,20 @@ void Answers::work() {
     working_ = true;
     now_ = {};
     now_.refining = !question;
+    now_.tracing = !question && !refining_;
+    if (now_.tracing) traced_view_ = *view_;
     since_ = {};
     lock.unlock();
     std::optional<render::LiveAnswer> answer;
+    std::optional<render::Picture> picture;
     std::exception_ptr failure;
     bool given_up = false;
     try {
-      answer = question ? scene_.answer(*question, progress) : scene_.refined(progress);
+      if (now_.tracing) {
+        picture = scene_.traced(traced_view_, progress);
+      } else {
+        answer = question ? scene_.answer(*question, progress) : scene_.refined(progress);
+      }
     } catch (const Cancelled&) {
       given_up = true;
     } catch (...) {
@@ -102,9 +132,17 @@ void Answers::work() {
     }
     lock.lock();
     working_ = false;
-    refining_ = answer || given_up;
     failure_ = failure;
+    if (now_.tracing) {
+      const bool wanted = !asked_ && view_ == traced_view_;
+      if (wanted && !given_up) traced_all_ = !picture;
+      if (wanted && picture) picture_ = {std::move(*picture), traced_view_};
+    } else {
+      refining_ = answer || given_up;
+    }
     if (answer) {
+      answered_ = true;
+      traced_all_ = false;
       if (answer_) answer->take_over(*answer_);
       answer_ = std::move(answer);
     }

@@ -71,7 +71,8 @@ void draw_region(const Painter& painter, ViewState& state) {
   Brush& brush = state.brush;
   int kind = static_cast<int>(region.kind);
   ImGui::Combo("where", &kind,
-               "stroke of the brush\0whole\0depth\0box\0image from the view\0image on a face\0");
+               "stroke of the brush\0whole\0depth\0box\0image from the view\0image on a face\0"
+               "image by texture coordinates\0");
   const bool begun = region.kind != static_cast<Region::Kind>(kind);
   region.kind = static_cast<Region::Kind>(kind);
   if (region.kind == Region::Kind::stroke) {
@@ -97,6 +98,9 @@ void draw_region(const Painter& painter, ViewState& state) {
     ImGui::Combo("face", &face, "x-\0x+\0y-\0y+\0z-\0z+\0");
     region.texture.face = static_cast<Face>(face);
     length("depth", region.texture.depth_mm);
+  } else if (region.kind == Region::Kind::coordinates) {
+    text("image", region.coordinates.image);
+    depths(region.coordinates.from_mm, region.coordinates.to_mm);
   }
 }
 
@@ -125,7 +129,8 @@ void draw_object_choice(Painter& painter) {
 
 /// What an edit does, in a few words.
 std::string summary_of(const render::Edit& edit) {
-  constexpr std::array<const char*, 6> places{"all", "brush", "image", "view", "depth", "box"};
+  constexpr std::array<const char*, 7> places{"all",   "brush", "image",      "view",
+                                              "depth", "box",   "coordinates"};
   std::string text = name_of(render::operation_names, edit.operation);
   const auto add = [&](const char* name, const render::Amount& amount) {
     if (!amount.empty()) text += std::string(" ") + name;
@@ -135,7 +140,8 @@ std::string summary_of(const render::Edit& edit) {
   add("albedo", edit.albedo);
   add("mean free path", edit.mean_free_path_mm);
   if (!edit.published.empty()) text += " " + edit.published;
-  if (edit.operation == Operation::surface) return text;
+  for (const render::Deformation& one : edit.deformations) text += ", " + described(one);
+  if (!edit.of_medium()) return text;
   return text + ", " + places[edit.where.index()];
 }
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "render/embree_caster.h"
 
 namespace kappamu::app {
 
@@ -35,8 +36,11 @@ render::EditedObject& Painter::edited(std::size_t object) {
   if (!edited) {
     const render::WorldObject& made = world_.objects()[object];
     const auto folder = folders_.find(object);
+    Shape& shape = shapes_[object];
+    shape.mesh = render::deformed(made.rest, scene_.objects[object].deform);
+    shape.rays = render::make_embree_caster(shape.mesh);
     edited = std::make_unique<render::EditedObject>(
-        scene_.objects[object], made.rest, made.mesh, *made.rays,
+        scene_.objects[object], made.rest, shape.mesh, *shape.rays,
         folder == folders_.end() ? std::nullopt : folder->second.voxel_mm());
   }
   return *edited;
@@ -151,6 +155,26 @@ bool Painter::change_list(const std::function<std::size_t(render::EditHistory&)>
   const std::size_t voxels = change(edited(in_hand_).history());
   noted(in_hand_);
   return voxels > 0;
+}
+
+std::vector<render::Deformation> Painter::deformations(std::size_t object) const {
+  return made(object) == nullptr ? scene_.objects[object].deform
+                                 : made(object)->history().deformations();
+}
+
+void Painter::deform(std::size_t object, const std::vector<render::Deformation>& deformations) {
+  cancel();
+  render::EditHistory& history = edited(object).history();
+  history.set_list(
+      render::with_deformations(history.list(), scene_.objects[object].deform, deformations));
+  in_hand_ = object;
+  noted(object);
+}
+
+bool Painter::take_back_shape() {
+  if (!undo()) return false;
+  undone_.pop_back();
+  return true;
 }
 
 bool Painter::undo() {

@@ -90,6 +90,14 @@ class Painter {
   /// Edits the list of the object in hand. Whether the object changed.
   bool change_list(const std::function<std::size_t(render::EditHistory&)>& change);
 
+  /// The object's deformations: the scene's own, with the edits.
+  std::vector<render::Deformation> deformations(std::size_t object) const;
+  /// Edits the object so that it has these: one state.
+  void deform(std::size_t object, const std::vector<render::Deformation>& deformations);
+  /// The last edit made a shape that no body has: it is undone, and cannot be redone. Whether there
+  /// was one.
+  bool take_back_shape();
+
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }
   /// Of the last edit of any object. Whether there was one.
@@ -117,6 +125,12 @@ class Painter {
  private:
   /// Whether the point is on the object under the stroke, or begins one.
   bool add_to_stroke(const render::LookAt& look, const Eigen::Vector2d& at);
+  /// The shape that the scene gives an object, which edits by hand begin with.
+  struct Shape {
+    TriangleMesh mesh;
+    std::unique_ptr<RayCaster> rays;
+  };
+
   void commit(std::size_t object);
   void changed(std::size_t object) const;
   void noted(std::size_t object);
@@ -125,6 +139,7 @@ class Painter {
   const render::World& world_;
   std::vector<std::array<double, 2>> surfaces_;  ///< of unedited objects: η, roughness
   std::size_t in_hand_ = 0;
+  std::map<std::size_t, Shape> shapes_;  ///< of `edited_`
   std::map<std::size_t, std::unique_ptr<render::EditedObject>> edited_;
   std::map<std::size_t, EditFolder> folders_;
   bool keeps_unsaved_ = false;

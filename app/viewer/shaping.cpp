@@ -8,11 +8,14 @@ using Eigen::Vector3d;
 using render::Deformation;
 using render::DeformKind;
 
-Shaping::Shaping(const render::Scene& scene, const render::World& world) : world_(world) {
+Shaping::Shaping(const render::World& world, Painter& painter) : world_(world), painter_(painter) {
   constexpr double usual_radius = 0.2;
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) shapes_[i] = scene.objects[i].deform;
-  kept_.push_back(shapes_);
   brush.radius_mm = usual_radius * size(0);
+}
+
+std::vector<Deformation> Shaping::of(std::size_t object) const {
+  return moving_ && moving_->object == object ? moving_->deformations
+                                              : painter_.deformations(object);
 }
 
 double Shaping::size(std::size_t object) const {
@@ -36,21 +39,14 @@ Deformation Shaping::begun(std::size_t object, DeformKind kind) const {
 }
 
 void Shaping::set(std::size_t object, std::vector<Deformation> deformations, bool moving) {
-  shapes_[object] = std::move(deformations);
   changed_ = true;
-  moving_ = moving;
-  if (moving) return;
+  if (moving) {
+    moving_ = {object, std::move(deformations)};
+    return;
+  }
+  moving_.reset();
   note_.clear();
-  if (shapes_ != kept_.back()) kept_.push_back(shapes_);
-}
-
-bool Shaping::undo() {
-  if (!can_undo()) return false;
-  kept_.pop_back();
-  shapes_ = kept_.back();
-  note_.clear();
-  changed_ = true;
-  return true;
+  if (deformations != painter_.deformations(object)) painter_.deform(object, deformations);
 }
 
 bool Shaping::press(const render::LookAt& look, const Eigen::Vector2d& at) {
@@ -62,7 +58,7 @@ bool Shaping::press(const render::LookAt& look, const Eigen::Vector2d& at) {
   deformation.brush =
       render::DeformBrush{world_.objects()[hit->object].world_from_object.inverse() * hit->position,
                           brush.radius_mm, brush.edge};
-  std::vector<Deformation> deformations = shapes_[hit->object];
+  std::vector<Deformation> deformations = of(hit->object);
   deformations.push_back(deformation);
   set(hit->object, std::move(deformations), true);
   return true;
@@ -75,7 +71,7 @@ void Shaping::drag(const render::LookAt& look, const Eigen::Vector2d& at) {
   const double distance =
       look.forward().dot(stroke_->from - look.position()) / look.forward().dot(direction);
   const Vector3d way = look.position() + distance * direction - stroke_->from;
-  std::vector<Deformation> deformations = shapes_[stroke_->object];
+  std::vector<Deformation> deformations = of(stroke_->object);
   Deformation& last = deformations.back();
   if (last.kind == DeformKind::dent) {
     const Vector3d down = look.direction(0.5, 1.0) - look.direction(0.5, 0.0);
@@ -93,13 +89,13 @@ void Shaping::drag(const render::LookAt& look, const Eigen::Vector2d& at) {
 void Shaping::release() {
   if (!stroke_) return;
   const std::size_t object = std::exchange(stroke_, std::nullopt)->object;
-  set(object, shapes_[object], false);
+  set(object, of(object), false);
 }
 
 render::ShapeQuestion Shaping::question() const {
   render::ShapeQuestion question;
-  question.of = shapes_;
-  question.moving = moving_;
+  for (std::size_t i = 0; i < world_.objects().size(); ++i) question.of[i] = of(i);
+  question.moving = moving_.has_value();
   question.by = renewal ? render::FollowBy::renewal : render::FollowBy::update;
   return question;
 }
@@ -108,10 +104,8 @@ void Shaping::take(const render::LiveAnswer& answer) {
   if (answer.shape_refused.empty()) return;
   note_ = answer.shape_refused + "; the stroke is undone";
   stroke_.reset();
-  moving_ = false;
-  if (can_undo()) kept_.pop_back();
-  shapes_ = kept_.back();
-  changed_ = true;
+  moving_.reset();
+  changed_ = painter_.take_back_shape();
 }
 
 }  // namespace kappamu::app

@@ -1,5 +1,6 @@
 // What a person or a script does with the shapes of objects: deformations by sliders and by a
-// brush. A change after which a surface would cross itself is taken back.
+// brush, which are edits once they rest. A change after which a surface would cross itself is taken
+// back.
 #pragma once
 
 #include <map>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/viewer/painter.h"
 #include "render/live/live_scene.h"
 #include "render/look_at.h"
 
@@ -21,29 +23,22 @@ struct ShapeBrush {
 
 class Shaping {
  public:
-  using Shapes = std::map<std::size_t, std::vector<render::Deformation>>;
-
-  /// Keeps a reference to the world, which is the one that is shown.
-  Shaping(const render::Scene& scene, const render::World& world);
+  /// Keeps references; the world is the one that is shown.
+  Shaping(const render::World& world, Painter& painter);
 
   ShapeBrush brush;
   bool renewal = false;  ///< links are made anew for every shape
 
   const render::World& world() const { return world_; }
-  const std::vector<render::Deformation>& of(std::size_t object) const {
-    return shapes_.at(object);
-  }
+  std::vector<render::Deformation> of(std::size_t object) const;
   /// Longest edge of an object's box at rest [mm].
   double size(std::size_t object) const;
   /// The deformation that a slider begins with: along the longest edge, without an amount.
   render::Deformation begun(std::size_t object, render::DeformKind kind) const;
 
   /// Other deformations of an object. While `moving`, others follow; the shape is looked at, and
-  /// kept, with the first that does not move.
+  /// becomes an edit, with the first that does not move.
   void set(std::size_t object, std::vector<render::Deformation> deformations, bool moving);
-  /// The last change that was kept. Whether there was one.
-  bool undo();
-  bool can_undo() const { return kept_.size() > 1; }
 
   /// A stroke of the brush from one point of the picture to another, both in [0, 1]² from its top
   /// left corner. press() is false beside all objects.
@@ -65,12 +60,17 @@ class Shaping {
     std::size_t object = 0;
     Eigen::Vector3d from = Eigen::Vector3d::Zero();  ///< in the world [mm]
   };
+  /// Of an object whose shape moves.
+  struct Moving {
+    std::size_t object = 0;
+    std::vector<render::Deformation> deformations;
+  };
 
   const render::World& world_;
-  Shapes shapes_;
-  std::vector<Shapes> kept_;  ///< the first is the scene's
+  Painter& painter_;
+  std::optional<Moving> moving_;
   std::optional<Stroke> stroke_;
-  bool moving_ = false, changed_ = false;
+  bool changed_ = false;
   std::string note_;
 };
 

@@ -19,6 +19,8 @@ render::Selection Region::selection() const {
       return projection;
     case Kind::texture:
       return texture;
+    case Kind::coordinates:
+      return coordinates;
     default:
       return render::WholeSelection{};
   }

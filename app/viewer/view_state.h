@@ -12,7 +12,7 @@
 namespace kappamu::app {
 
 /// What dragging with the left button does.
-enum class Tool { orbit, brush, shape };
+enum class Tool { orbit, brush, shape, fur };
 
 /// A slice through a volume.
 struct Slice {
@@ -31,13 +31,14 @@ struct Photograph {
 /// Where an edit is done that is no stroke: of each kind, what a person has set. Depths and boxes
 /// are of the object's frame.
 struct Region {
-  enum class Kind { stroke, all, depth, box, projection, texture };
+  enum class Kind { stroke, all, depth, box, projection, texture, coordinates };
 
   Kind kind = Kind::stroke;
   render::DepthSelection depth{.frame = render::Frame::object};
   render::BoxSelection box{.frame = render::Frame::object};
   render::ProjectionSelection projection;
   render::TextureSelection texture;
+  render::CoordinatesSelection coordinates;
 
   render::Selection selection() const;  ///< not of strokes
 };
@@ -78,6 +79,7 @@ struct ViewState {
   double radius_mm = 1.0;  ///< of all objects, about `centre`
   bool docked = false;     ///< the panel lies beside the picture, else over it
   bool keys_shown = false, marks_shown = true;
+  bool traced = true;           ///< the picture is traced at rest
   bool playing = false;         ///< the light in hand turns round
   bool lights_changed = false;  ///< since the last question
 

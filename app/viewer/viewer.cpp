@@ -12,8 +12,10 @@
 #include <utility>
 
 #include "app/viewer/answers.h"
-#include "app/viewer/canvas.h"
+#include "app/viewer/drawing/display.h"
 #include "app/viewer/editing.h"
+#include "app/viewer/fur/fur_group.h"
+#include "app/viewer/fur/fur_hand.h"
 #include "app/viewer/hand/mouse.h"
 #include "app/viewer/hand/strokes.h"
 #include "app/viewer/interrupt.h"
@@ -42,6 +44,8 @@ double median(std::vector<double> values) {
 /// and while work goes on, whose progress it shows [s].
 constexpr double longest_wait_s = 0.5, label_period_s = 0.1, playing_wait_s = 0.01,
                  longest_script_wait_s = 0.001;
+/// A view is traced once it has stood still for as long [s].
+constexpr double steady_s = 0.25;
 /// Of a light that turns round by itself [degrees a second].
 constexpr double turning_speed = 30.0;
 /// A picture narrower than this has the panel over it, and no line of state [px].
@@ -74,14 +78,15 @@ class Viewer {
         player_(options),
         live_(live),
         editing_(scene, live.world(), options, [this] { ask(); }),
-        shaping_(scene, live.world()),
+        shaping_(live.world(), editing_.painter()),
         state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
         window_(options.width, options.height,
                 options.script ? WindowKind::hidden : WindowKind::shown),
-        corners_(live.world()),
-        canvas_(corners_.geometry()),
+        display_(live.world()),
+        fur_(scene, live.world()),
+        samples_(scene.film.samples),
         answers_(live, [] { glfwPostEmptyEvent(); }) {
     if (options.run) photographs_.emplace(*options.run);
     if (editing_.painter().is_open()) state_.edits = options.edits->string();
@@ -97,6 +102,12 @@ class Viewer {
     groups_.push_back(edit_group(editing_.painter()));
     groups_.push_back(material_group(editing_.painter()));
     groups_.push_back(model_group(render::live_models(live.world())));
+    if (fur_.any()) {
+      fur_canvas_.emplace();
+      display_.show_fur(*fur_canvas_, fur_);
+      groups_.push_back(fur_group(fur_, *fur_canvas_));
+      state_.traced = false;  // traced pictures have no fur
+    }
     ask();
   }
 
@@ -119,12 +130,15 @@ class Viewer {
       }
       // Drawing takes from diffusion what it needs of the processor: only where the picture
       // changes.
-      const bool changed = window_.wait_for_events(state_.playing ? playing_wait_s
-                                                   : working()    ? label_period_s
-                                                                  : longest_wait_s);
+      follow_view();
+      const bool changed = window_.wait_for_events(state_.playing             ? playing_wait_s
+                                                   : working() || !looked_at_ ? label_period_s
+                                                                              : longest_wait_s);
       if (state_.playing && !answers_.waiting()) turn_on();
       const bool worked = std::exchange(worked_, working());
-      if (take_answer() || worked != worked_) window_.draw_again();
+      if (take_answer() || take_picture() || fur_.update() || worked != worked_) {
+        window_.draw_again();
+      }
       if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
     }
     times_.light_ms = median(light_ms_);
@@ -142,14 +156,51 @@ class Viewer {
 
   void ask(const std::string& model = "") {
     if (!model.empty()) chosen_ = model;
+    display_.drop_traced();
+    fur_.set_lights(state_.lights);
     answers_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
-  bool working() const { return answers_.waiting() || answers_.refining(); }
+  bool working() const {
+    return fur_.making() || answers_.waiting() || answers_.refining() || answers_.tracing();
+  }
+
+  /// The picture that the window's part for it shows, as it would be traced.
+  render::PictureView view() const {
+    render::PictureView view;
+    view.camera = state_.camera;
+    view.width = std::max(1, static_cast<int>(density_ * state_.area.width));
+    view.height = std::max(1, static_cast<int>(density_ * state_.area.height));
+    view.samples = samples_;
+    return view;
+  }
+
+  /// A view is traced where it stays; in a script where it is written.
+  void follow_view() {
+    if (options_.script) {
+      lay_out(options_.width, options_.height);
+      answers_.look(player_.takes_picture() && state_.traced ? std::optional(view())
+                                                             : std::nullopt);
+      return;
+    }
+    if (const render::PictureView now = view(); !(now == wanted_)) {
+      wanted_ = now;
+      stood_ = {};
+    }
+    looked_at_ = stood_.seconds() > steady_s;
+    answers_.look(looked_at_ && state_.traced ? std::optional(wanted_) : std::nullopt);
+  }
+
+  bool take_picture() {
+    const std::optional<Answers::Traced> traced = answers_.take_picture();
+    if (traced) display_.take(*traced);
+    return traced.has_value();
+  }
 
   /// Whether there is another picture to draw.
   bool take_answer() {
-    if (times_.first_light_s > 0.0 && times_.settled_s == 0.0 && !working()) {
+    if (times_.first_light_s > 0.0 && times_.settled_s == 0.0 && !answers_.waiting() &&
+        !answers_.refining()) {
       times_.settled_s = options_.started.seconds();
     }
     std::optional<render::LiveAnswer> answer = answers_.take();
@@ -163,13 +214,14 @@ class Viewer {
     if (times_.first_light_s == 0.0) times_.first_light_s = options_.started.seconds();
     if (!answer_->moved.empty()) {
       live_.show(*answer_);
-      canvas_.set_geometry(corners_.geometry());
+      fur_.moved();
     }
+    fur_.shade(*answer_);
     shaping_.take(*answer_);
     if (options_.script && !answer_->shape_refused.empty()) {
       throw InputError(options_.script->string() + ": " + answer_->shape_refused);
     }
-    canvas_.set_light(corners_.light(*answer_));
+    display_.take(*answer_, state_.lights);
     if (!exposure_given_) {
       state_.exposure = render::usual_exposure(live_.world(), *answer_, state_.camera.position_mm);
       exposure_given_ = true;
@@ -202,6 +254,7 @@ class Viewer {
 
   void draw_frame() {
     const Stopwatch watch;
+    fur_.update();
     set_title();
     since_drawn_ = watch;
     int width = options_.width, height = options_.height, across = width, high = height;
@@ -211,20 +264,15 @@ class Viewer {
     }
     if (width < 1 || height < 1 || across < 1 || high < 1) return;
     lay_out(across, high);
-    const float density = static_cast<float>(width) / static_cast<float>(across);
+    density_ = static_cast<float>(width) / static_cast<float>(across);
     const PictureArea& area = state_.area;
-    const Viewport at{static_cast<int>(density * area.x),
-                      height - static_cast<int>(density * (area.y + area.height)),
-                      static_cast<int>(density * area.width),
-                      static_cast<int>(density * area.height)};
-    const double distance = (state_.camera.position_mm - state_.centre).norm();
-    const double radius = live_.world().diameter();
-    canvas_.draw(state_.camera, answer_ ? std::optional(state_.exposure) : std::nullopt,
-                 state_.channel, std::max(0.01 * distance, distance - radius), distance + radius,
-                 width, height, at);
+    const Viewport at{static_cast<int>(density_ * area.x),
+                      height - static_cast<int>(density_ * (area.y + area.height)), view().width,
+                      view().height};
+    display_.draw(state_, view(), answer_.has_value(), width, height, at);
     draw_over();
     if (!options_.script) {
-      canvas_.show(width, height);
+      display_.show(width, height);
       glfwSwapBuffers(window_.handle());
     }
     if (times_.frames++ == 0) times_.first_picture_s = options_.started.seconds();
@@ -241,7 +289,9 @@ class Viewer {
     if (!options_.script) {
       if (state_.keys_shown) draw_keys(state_);
       mouse_.follow(state_);
-      strokes_.follow(window_.take_pointer_events(), mouse_, state_);
+      const std::vector<PointerEvent> events = window_.take_pointer_events();
+      strokes_.follow(events, mouse_, state_);
+      fur_hand_.follow(events, mouse_, state_);
       follow_keys();
       for (const std::string& file : window_.take_dropped()) open(file);
       if (closing_) close(draw_closing_question());
@@ -315,8 +365,11 @@ class Viewer {
   /// One command of the script, once the picture is of the light as it stands; for a screenshot,
   /// once it is as exact as asked.
   void play() {
-    if (answers_.waiting() || (player_.takes_picture() && answers_.refining())) {
+    follow_view();
+    if (answers_.waiting() ||
+        (player_.takes_picture() && (answers_.refining() || answers_.tracing()))) {
       if (take_answer()) draw_frame();
+      take_picture();
       window_.wait_for_events(longest_script_wait_s);
       return;
     }
@@ -325,6 +378,7 @@ class Viewer {
     Stage stage{state_,
                 editing_,
                 shaping_,
+                fur_,
                 photograph_count(),
                 [this] { ask(); },
                 [this](const std::string& model) { ask(model); },
@@ -335,9 +389,10 @@ class Viewer {
 
   void write_screenshot(const std::filesystem::path& file) {
     // Two frames: a panel that has just appeared takes its size in the first.
+    fur_.finish();
     draw_frame();
     draw_frame();
-    io::write_image(file, canvas_.picture());
+    io::write_image(file, display_.picture());
     times_.screenshots.push_back(file.string());
   }
 
@@ -353,8 +408,15 @@ class Viewer {
   bool closing_ = false;  ///< it is asked what becomes of unsaved edits
   Window window_;
   PanelGroups groups_;
-  render::LitCorners corners_;
-  Canvas canvas_;
+  Display display_;
+  FurModel fur_;
+  FurHand fur_hand_{fur_};
+  std::optional<FurCanvas> fur_canvas_;
+  const int samples_;                         ///< rays a pixel of traced pictures
+  render::PictureView wanted_;                ///< that the window last showed
+  Stopwatch stood_;                           ///< since it is that
+  bool looked_at_ = false;                    ///< for long enough to be traced
+  float density_ = 1.0F;                      ///< pixels per unit of screen coordinates
   std::optional<render::LiveAnswer> answer_;  ///< that the picture shows
   Stopwatch since_drawn_;
   double last_frame_ms_ = 0.0;

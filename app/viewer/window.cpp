@@ -6,6 +6,7 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -18,8 +19,6 @@ namespace {
 constexpr float usual_text_px = 13.0F;
 
 }  // namespace
-
-namespace {}  // namespace
 
 /// Dear ImGui's own callbacks, installed later, call these too.
 void Window::count_events(GLFWwindow* window, Events& events) {
@@ -82,6 +81,12 @@ Window::Window(int width, int height, WindowKind kind) {
     throw InputError(
         "no window can be opened: there is no display; set DISPLAY, or run `xvfb-run -a kappamu "
         "view`");
+  }
+  if (GLFWmonitor* screen = glfwGetPrimaryMonitor(); screen && kind == WindowKind::shown) {
+    int left = 0, top = 0, across = width, high = height;
+    glfwGetMonitorWorkarea(screen, &left, &top, &across, &high);
+    if (across > 0) width = std::min(width, across);
+    if (high > 0) height = std::min(height, high);
   }
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);

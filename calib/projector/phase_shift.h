@@ -7,15 +7,16 @@
 
 #include "calib/projector/projector_map.h"
 #include "capture/session/session.h"
-#include "core/image.h"
 
 namespace kappamu::calib {
 
-/// The frames of one capture::PhaseShift, grey and of equal size, linear in light.
+/// The frames of one capture::PhaseShift, grey and of equal size, linear in light; two are held at
+/// a time.
 struct PhaseFrames {
   capture::PhaseShift::Along along = capture::PhaseShift::Along::columns;
   double period_px = 0.0;
-  std::vector<Image<float>> frames;
+  std::size_t count = 0;
+  FrameSource frames;
 };
 
 /// From I_n = a + b cos(φ - 2πn/N): φ = atan2(Σ I_n sin 2πn/N, Σ I_n cos 2πn/N), which is u = φ

@@ -2,6 +2,8 @@
 // projector's frame located in the camera's picture by it.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,6 +12,10 @@
 #include "core/image.h"
 
 namespace kappamu::calib {
+
+/// Frame n of a code, grey: read when it is wanted, as all together would not fit into memory.
+/// Called from several threads.
+using FrameSource = std::function<Image<float>(std::size_t n)>;
 
 struct ProjectorMap {
   Image<float> pixel;    ///< [y][x][2] projector column and row; valid where quality > 0

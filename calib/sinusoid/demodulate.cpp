@@ -22,7 +22,7 @@ constexpr double least_part = 0.03;
 
 Demodulated empty_result(int width, int height) {
   const Image<float> zero(width, height, 1);
-  return {zero, zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1)};
+  return {zero, zero, zero, zero, zero, {}, {}, Image<std::uint8_t>(width, height, 1)};
 }
 
 /// Periods across the picture by which a neighbouring wave differs: beyond the main lobe of a Hann

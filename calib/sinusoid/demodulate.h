@@ -25,7 +25,11 @@ struct Demodulated {
   Image<float> mean, amplitude;                      ///< in the pictures' unit
   Image<float> phase;                                ///< φ of the whole cosine at the pixel [rad]
   Image<float> mean_deviation, amplitude_deviation;  ///< standard deviation of the pixels' noise
-  Image<std::uint8_t> mask;                          ///< 1: valid
+  /// Standard deviation of what the window of a single picture does not resolve, at a pixel by
+  /// itself: detail of the sample within the window, and detail that looks like the sinusoid. Means
+  /// over many pixels do not have it. Empty: nothing is averaged.
+  Image<float> mean_detail, amplitude_detail;
+  Image<std::uint8_t> mask;      ///< 1: valid
   double shared_pixels = 1.0;    ///< how many neighbours share one value's noise
   double second_harmonic = 0.0;  ///< over the amplitude, mean of the picture
   double stripes = 0.0;          ///< left in mean or amplitude, over the amplitude

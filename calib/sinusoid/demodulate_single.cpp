@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/sinusoid/demodulate.h"
+#include "calib/sinusoid/local_noise.h"
 #include "core/parallel.h"
 
 namespace kappamu::calib {
@@ -49,10 +50,57 @@ class Window {
   std::array<double, 2> sigma_{};  ///< along x and y [px]
 };
 
+/// Root mean square, within the window, of the waves that `rest` has across the sinusoid's
+/// direction: as many as it has along, where the sample's detail mixes with the sinusoid and cannot
+/// be told from it.
+Image<float> crossing_waves(const cv::Mat& rest, const Image<std::uint8_t>& mask,
+                            const Carrier& carrier, double across) {
+  const Carrier turned{-carrier.y, carrier.x};
+  const Window window(turned, across);
+  std::array<cv::Mat, 3> planes;  // 1, c r, s r
+  for (cv::Mat& plane : planes) plane = cv::Mat::zeros(rest.size(), CV_64F);
+  for (int y = 0; y < rest.rows; ++y) {
+    for (int x = 0; x < rest.cols; ++x) {
+      if (mask(x, y) == 0) continue;
+      const double phase = 2.0 * std::numbers::pi * (turned.x * x + turned.y * y);
+      const double r = rest.at<double>(y, x);
+      planes[0].at<double>(y, x) = 1.0;
+      planes[1].at<double>(y, x) = std::cos(phase) * r;
+      planes[2].at<double>(y, x) = std::sin(phase) * r;
+    }
+  }
+  for (cv::Mat& plane : planes) window.smooth(plane);
+  // Of one place the wave is one draw; the mean of the neighbourhood is its expectation.
+  cv::Mat power = cv::Mat::zeros(rest.size(), CV_64F), weight = power.clone();
+  for (int y = 0; y < rest.rows; ++y) {
+    for (int x = 0; x < rest.cols; ++x) {
+      const double share = planes[0].at<double>(y, x);
+      if (mask(x, y) == 0 || share < least_window) continue;
+      const double c = 2.0 * planes[1].at<double>(y, x) / share;
+      const double s = 2.0 * planes[2].at<double>(y, x) / share;
+      power.at<double>(y, x) = 0.5 * (c * c + s * s);
+      weight.at<double>(y, x) = 1.0;
+    }
+  }
+  const double sigma = 1.0 / carrier.frequency();
+  cv::GaussianBlur(power, power, {}, sigma, sigma, cv::BORDER_CONSTANT);
+  cv::GaussianBlur(weight, weight, {}, sigma, sigma, cv::BORDER_CONSTANT);
+  Image<float> result(rest.cols, rest.rows, 1);
+  for (int y = 0; y < rest.rows; ++y) {
+    for (int x = 0; x < rest.cols; ++x) {
+      if (weight.at<double>(y, x) <= 0.0) continue;
+      result(x, y) =
+          static_cast<float>(std::sqrt(power.at<double>(y, x) / weight.at<double>(y, x)));
+    }
+  }
+  return result;
+}
+
 /// Amplitude and phase once more, in half the window, of what exceeds even light times its mean
 /// contrast in the wide one.
-void refine(Demodulated& result, const Image<float>& picture, const Image<float>& contrast_mean,
-            const Carrier& carrier) {
+void refine(Demodulated& result, const Image<float>& picture, const Image<float>& noise,
+            const Image<float>& contrast_mean, const Carrier& carrier) {
+  cv::Mat left = cv::Mat::zeros(picture.height(), picture.width(), CV_64F);
   const int width = picture.width(), height = picture.height();
   const Window window(carrier, narrow_across);
   const auto wave = [&](int x, int y) {
@@ -81,12 +129,22 @@ void refine(Demodulated& result, const Image<float>& picture, const Image<float>
       const Eigen::Vector2d fit = normal.ldlt().solve(right);
       const double rest = std::max(0.0, sum(6) - fit.dot(right)) / sum(0);
       const auto [c, s] = wave(x, y);
+      left.at<double>(y, x) =
+          picture(x, y) / result.mean(x, y) - contrast_mean(x, y) - fit[0] * c - fit[1] * s;
+      const double grain = noise(x, y) / result.mean(x, y);
+      result.amplitude_detail(x, y) = static_cast<float>(
+          result.mean(x, y) * std::sqrt(2.0 * std::max(0.0, rest - grain * grain)));
       result.amplitude(x, y) = static_cast<float>(result.mean(x, y) * fit.norm());
       result.amplitude_deviation(x, y) =
           static_cast<float>(result.mean(x, y) * std::sqrt(2.0 * rest / window.pixels()));
       result.phase(x, y) =
           static_cast<float>(std::atan2(-fit[0] * s + fit[1] * c, fit[0] * c + fit[1] * s));
     }
+  }
+  const Image<float> crossing = crossing_waves(left, result.mask, carrier, narrow_across);
+  for (std::size_t i = 0; i < crossing.size(); ++i) {
+    float& detail = result.amplitude_detail.values()[i];
+    detail = std::hypot(detail, result.mean.values()[i] * crossing.values()[i]);
   }
   result.shared_pixels = window.pixels();
 }
@@ -156,8 +214,11 @@ Demodulated demodulate_single(const Image<float>& picture, const Image<float>& e
   });
   const Image<float> zero(width, height, 1);
   Image<float> contrast_mean(width, height, 1);
-  Demodulated result{zero,           zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1),
+  Demodulated result{zero,           zero, zero, zero,
+                     zero,           zero, zero, Image<std::uint8_t>(width, height, 1),
                      window.pixels()};
+  const Image<float> noise = local_noise(picture, mask);
+  cv::Mat left = cv::Mat::zeros(height, width, CV_64F);
   if (!even.empty()) {
     result.mean = even;
   }
@@ -188,11 +249,28 @@ Demodulated demodulate_single(const Image<float>& picture, const Image<float>& e
       if (even.empty()) {
         result.mean(x, y) = contrast_mean(x, y);
         result.mean_deviation(x, y) = static_cast<float>(deviation);
+        // What the fit leaves at a pixel is the sample's own detail and noise. Detail changes mean
+        // and amplitude alike.
+        const double grain = noise(x, y);
+        const double detail = std::sqrt(std::max(0.0, rest - grain * grain));
+        result.mean_detail(x, y) = static_cast<float>(detail);
+        result.amplitude_detail(x, y) =
+            static_cast<float>(detail * std::hypot(fit[1], fit[2]) / contrast_mean(x, y));
+        left.at<double>(y, x) =
+            picture(x, y) - fit.dot(Eigen::Map<const Eigen::Matrix<double, unknowns, 1>>(b.data()));
       }
       result.mask(x, y) = 1;
     }
   });
-  if (!even.empty()) refine(result, picture, contrast_mean, carrier);
+  if (!even.empty()) {
+    refine(result, picture, noise, contrast_mean, carrier);
+  } else {
+    const Image<float> crossing = crossing_waves(left, result.mask, carrier, window_across);
+    for (std::size_t i = 0; i < crossing.size(); ++i) {
+      float& detail = result.amplitude_detail.values()[i];
+      detail = std::hypot(detail, crossing.values()[i]);
+    }
+  }
   result.second_harmonic = second_harmonic(picture, result, carrier);
   return result;
 }

@@ -42,6 +42,13 @@ Eigen::Vector2d ScaledPicture::in_scaled(const Eigen::Vector2d& pixel) const {
   return ((pixel.array() + 0.5) * factor - 0.5).matrix();
 }
 
+ScaledPicture scaled_bytes(const Image<float>& grey, double factor) {
+  if (factor >= 1.0) return {stretch_to_bytes(grey), factor};
+  ScaledPicture picture(view_of(grey), factor);
+  picture.pixels = stretch_to_bytes(image_of(picture.pixels));
+  return picture;
+}
+
 double reduction(const cv::Mat& picture, int longest_px) {
   return std::min(1.0, static_cast<double>(longest_px) / std::max(picture.cols, picture.rows));
 }
@@ -54,6 +61,12 @@ Image<float> blurred(const Image<float>& grey, double deviation_px) {
   Image<float> smooth(grey.width(), grey.height(), 1);
   cv::GaussianBlur(view_of(grey), view_of(smooth), cv::Size(), deviation_px);
   return smooth;
+}
+
+Image<float> image_of(const cv::Mat& floats) {
+  Image<float> image(floats.cols, floats.rows, 1);
+  floats.copyTo(view_of(image));
+  return image;
 }
 
 std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels) {

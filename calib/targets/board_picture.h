@@ -24,6 +24,10 @@ struct ScaledPicture {
   double factor;
 };
 
+/// Bytes (stretch_to_bytes()) of the picture made `factor` as large. A smaller picture is made
+/// before its greys are sorted: of 24 megapixels that takes a tenth of the time.
+ScaledPicture scaled_bytes(const Image<float>& grey, double factor);
+
 /// By which a picture of so many pixels is at most `longest_px` long; never above 1.
 double reduction(const cv::Mat& picture, int longest_px);
 
@@ -32,6 +36,9 @@ cv::Mat view_of(const Image<float>& grey);
 
 /// By a Gaussian of so many pixels.
 Image<float> blurred(const Image<float>& grey, double deviation_px);
+
+/// A copy of OpenCV's floats.
+Image<float> image_of(const cv::Mat& floats);
 
 std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels);
 

@@ -94,15 +94,15 @@ std::vector<Eigen::Vector2d> in_original(const ScaledPicture& picture, const Cor
 /// sector-based one, the adaptive one at twice the size for boards of small squares and with
 /// equalised histogram, which helps under uneven light, and at last the sector-based one on the
 /// whole picture. Empty where none finds the board.
-std::vector<Eigen::Vector2d> detect(const cv::Mat& bytes, const cv::Size& size) {
-  const double factor = reduction(bytes, searched_px);
+std::vector<Eigen::Vector2d> detect(const Image<float>& grey, const cv::Size& size) {
+  const double factor = reduction(view_of(grey), searched_px);
   Corners points;
-  const ScaledPicture picture(bytes, factor);
+  const ScaledPicture picture = scaled_bytes(grey, factor);
   if (cv::findChessboardCorners(picture.pixels, size, points, adaptive) ||
       cv::findChessboardCornersSB(picture.pixels, size, points)) {
     return in_original(picture, points);
   }
-  const ScaledPicture large(bytes, 2.0 * factor);
+  const ScaledPicture large = scaled_bytes(grey, 2.0 * factor);
   if (cv::findChessboardCorners(large.pixels, size, points, adaptive)) {
     return in_original(large, points);
   }
@@ -111,8 +111,10 @@ std::vector<Eigen::Vector2d> detect(const cv::Mat& bytes, const cv::Size& size) 
   if (cv::findChessboardCorners(smooth, size, points, adaptive | cv::CALIB_CB_NORMALIZE_IMAGE)) {
     return in_original(picture, points);
   }
-  if (factor == 1.0 || !cv::findChessboardCornersSB(bytes, size, points)) return {};
-  return in_original(ScaledPicture(bytes, 1.0), points);
+  if (factor == 1.0) return {};
+  const ScaledPicture whole(stretch_to_bytes(grey), 1.0);
+  if (!cv::findChessboardCornersSB(whole.pixels, size, points)) return {};
+  return in_original(whole, points);
 }
 
 /// Of corners found on a reduced picture: by the same picture, whose pixels they are a few of the
@@ -121,8 +123,7 @@ void refine_reduced(const Image<float>& grey, BoardCorners& corners) {
   const double factor = reduction(view_of(grey), searched_px);
   if (factor == 1.0) return;
   const ScaledPicture picture(view_of(grey), factor);
-  Image<float> reduced(picture.pixels.cols, picture.pixels.rows, 1);
-  picture.pixels.copyTo(view_of(reduced));
+  const Image<float> reduced = image_of(picture.pixels);
   for (Eigen::Vector2d& pixel : corners.pixels) pixel = picture.in_scaled(pixel);
   refine_corners(reduced, corners);
   for (const cv::Point2f& point : image_points(std::exchange(corners.pixels, {}))) {
@@ -155,8 +156,7 @@ Image<float> to_grey(const Image<float>& image) {
   if (image.channels() != 3) return image;
   Image<float> grey(image.width(), image.height(), 1);
   for (std::size_t i = 0; i < grey.size(); ++i) {
-    const float* rgb = &image.values()[3 * i];
-    grey.values()[i] = 0.299F * rgb[0] + 0.587F * rgb[1] + 0.114F * rgb[2];
+    grey.values()[i] = luminance_of(&image.values()[3 * i]);
   }
   return grey;
 }
@@ -164,7 +164,7 @@ Image<float> to_grey(const Image<float>& image) {
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name) {
   check(grey.channels() == 1, "find_chessboard wants a grey image");
-  BoardCorners corners{columns, rows, detect(stretch_to_bytes(grey), cv::Size(columns, rows))};
+  BoardCorners corners{columns, rows, detect(grey, cv::Size(columns, rows))};
   if (corners.pixels.empty()) {
     throw InputError(name + ": no chessboard of " + std::to_string(columns) + " x " +
                      std::to_string(rows) +
@@ -181,8 +181,7 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
 
 std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int columns, int rows,
                                                    Sizes which) {
-  const cv::Mat bytes = stretch_to_bytes(grey);
-  const ScaledPicture picture(bytes, reduction(bytes, searched_px));
+  const ScaledPicture picture = scaled_bytes(grey, reduction(view_of(grey), searched_px));
   constexpr int fewest = 3;
   std::vector<cv::Size> sizes;
   const int least = which == Sizes::all ? -1 : 0;

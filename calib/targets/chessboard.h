@@ -10,7 +10,12 @@
 
 namespace kappamu::calib {
 
-/// Luminance (0.299, 0.587, 0.114) of a three-channel image; a one-channel image as it is.
+/// Luminance of R, G, B.
+inline float luminance_of(const float* rgb) {
+  return 0.299F * rgb[0] + 0.587F * rgb[1] + 0.114F * rgb[2];
+}
+
+/// Luminance of a three-channel image; a one-channel image as it is.
 Image<float> to_grey(const Image<float>& image);
 
 /// Finds the board in a grey image of any linear scale (OpenCV's adaptive detector, then its

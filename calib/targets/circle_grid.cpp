@@ -79,8 +79,9 @@ Image<float> negative(const Image<float>& grey) {
 }
 
 /// Dark dots of the picture reduced so, in pixels of the whole one.
-std::vector<Vector2d> dark_dots(const cv::Mat& bytes, const capture::Board& board, double factor) {
-  const ScaledPicture picture(bytes, factor);
+std::vector<Vector2d> dark_dots(const Image<float>& grey, const capture::Board& board,
+                                double factor) {
+  const ScaledPicture picture = scaled_bytes(grey, factor);
   std::vector<cv::KeyPoint> seen;
   dot_detector(picture.pixels, board)->detect(picture.pixels, seen);
   std::vector<Vector2d> dots;
@@ -89,16 +90,15 @@ std::vector<Vector2d> dark_dots(const cv::Mat& bytes, const capture::Board& boar
 }
 
 DotSearch search_dots(const Image<float>& grey, const capture::Board& board, std::size_t& seen) {
-  const cv::Mat bytes = stretch_to_bytes(grey);
   const DotGrid wanted{board.columns, board.rows,
                        board.kind == capture::BoardKind::asymmetric_circles};
   constexpr int longest_px = 1600;
-  const double factor = reduction(bytes, longest_px);
-  const std::vector<Vector2d> dots = dark_dots(bytes, board, factor);
+  const double factor = reduction(view_of(grey), longest_px);
+  const std::vector<Vector2d> dots = dark_dots(grey, board, factor);
   seen = dots.size();
   const DotSearch search = find_dot_grid(dots, wanted);
   if (!search.grid.empty() || search.other || factor == 1.0) return search;
-  const std::vector<Vector2d> small_ones = dark_dots(bytes, board, 1.0);
+  const std::vector<Vector2d> small_ones = dark_dots(grey, board, 1.0);
   seen = small_ones.size();
   return find_dot_grid(small_ones, wanted);
 }

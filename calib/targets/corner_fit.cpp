@@ -187,6 +187,26 @@ std::vector<Eigen::Matrix2d> steps_at(const BoardCorners& corners) {
   return steps;
 }
 
+/// Where the gradients about `start` meet, in a window of `half` pixels to each side. The picture
+/// is smoothed there alone.
+Eigen::Vector2d by_gradients(const Image<float>& grey, const Eigen::Vector2d& start, int half) {
+  const double deviation = std::min(1.5, half / 3.0);
+  // OpenCV takes a start back where it leaves its window, and its Gaussian ends at four deviations.
+  const int reach = 2 * half + 2 + static_cast<int>(std::ceil(4.0 * deviation));
+  const int x = static_cast<int>(std::lround(start.x())),
+            y = static_cast<int>(std::lround(start.y()));
+  const cv::Rect around = cv::Rect(x - reach, y - reach, 2 * reach + 1, 2 * reach + 1) &
+                          cv::Rect(0, 0, grey.width(), grey.height());
+  if (around.width <= 2 * half + 5 || around.height <= 2 * half + 5) return start;
+  cv::Mat smooth;
+  cv::GaussianBlur(view_of(grey)(around), smooth, cv::Size(), deviation);
+  const cv::TermCriteria stop(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4);
+  std::vector<cv::Point2f> point{cv::Point2f(static_cast<float>(start.x() - around.x),
+                                             static_cast<float>(start.y() - around.y))};
+  cv::cornerSubPix(smooth, point, cv::Size(half, half), cv::Size(-1, -1), stop);
+  return {point[0].x + around.x, point[0].y + around.y};
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector2d> fit_corner(const Image<float>& grey, const Eigen::Vector2d& start,
@@ -238,12 +258,8 @@ void refine_corners(const Image<float>& grey, BoardCorners& corners, double clea
   const double part = std::min(clear, 0.4);  // the window never sees a neighbouring corner
   const int half = std::clamp(static_cast<int>(part * smallest_spacing(corners)), 2,
                               static_cast<int>(CornerWindow{}.longest_px));
-  const Image<float> smooth = blurred(grey, std::min(1.5, half / 3.0));
-  const cv::TermCriteria stop(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4);
   const std::vector<Eigen::Vector2d> detected = corners.pixels;
-  std::vector<cv::Point2f> points = image_points(corners.pixels);
-  cv::cornerSubPix(view_of(smooth), points, cv::Size(half, half), cv::Size(-1, -1), stop);
-  for (std::size_t k = 0; k < points.size(); ++k) corners.pixels[k] = {points[k].x, points[k].y};
+  for (Eigen::Vector2d& pixel : corners.pixels) pixel = by_gradients(grey, pixel, half);
   const std::vector<Eigen::Matrix2d> steps = steps_at(corners);
   for (std::size_t k = 0; k < steps.size(); ++k) {
     CornerWindow window{steps[k], clear};

@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 constexpr double equal_settings = 0.02;
 
 bool is_photograph(const fs::path& file) {
-  static const std::set<std::string> endings{".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr"};
+  static const std::set<std::string> endings{".png",  ".tif", ".tiff", ".jpg",
+                                             ".jpeg", ".bmp", ".exr"};
   return endings.count(lower_extension(file)) > 0 || io::is_raw_file(file);
 }
 

@@ -6,6 +6,7 @@
 #include "capture/response/frame_reader.h"
 #include "capture/response/noise_model.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/shown_text.h"
 
 namespace kappamu::capture {
@@ -129,18 +130,27 @@ HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiome
   HdrImage out{Image<float>(shape.width(), shape.height(), channels),
                Image<float>(shape.width(), shape.height(), channels),
                Image<std::uint8_t>(shape.width(), shape.height(), channels)};
-  for (int c = 0; c < channels; ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    const NoiseModel noise(radiometry.response.linear[channel], radiometry.noise[channel],
-                           Reader::rounding);
-    const PixelMerger<Reader> merger(Reader(radiometry, c), noise, exposures);
-    for (std::size_t i = channel; i < shape.size(); i += static_cast<std::size_t>(channels)) {
-      const Sum sum = merger.merge([&](std::size_t j) { return pixels[j][i]; });
-      out.radiance.values()[i] = sum.radiance;
-      out.variance.values()[i] = sum.variance;
-      out.flags.values()[i] = sum.flags;
-    }
+  std::vector<NoiseModel> noises;
+  std::vector<PixelMerger<Reader>> mergers;  // by channel
+  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
+    noises.emplace_back(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding);
   }
+  for (int c = 0; c < channels; ++c) {
+    mergers.emplace_back(Reader(radiometry, c), noises[static_cast<std::size_t>(c)], exposures);
+  }
+  const std::size_t row =
+      static_cast<std::size_t>(shape.width()) * static_cast<std::size_t>(channels);
+  for_rows(shape.height(), [&](int y) {
+    const std::size_t begin = static_cast<std::size_t>(y) * row;
+    for (std::size_t c = 0; c < mergers.size(); ++c) {
+      for (std::size_t i = begin + c; i < begin + row; i += mergers.size()) {
+        const Sum sum = mergers[c].merge([&](std::size_t j) { return pixels[j][i]; });
+        out.radiance.values()[i] = sum.radiance;
+        out.variance.values()[i] = sum.variance;
+        out.flags.values()[i] = sum.flags;
+      }
+    }
+  });
   check_light(out, exposures, name, options.require_light);
   return out;
 }

@@ -13,6 +13,7 @@
 #include "capture/session/bayer.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace kappamu::capture {
 namespace {
@@ -165,6 +166,21 @@ class StackMerger {
   std::vector<std::array<double, 2>> shifts_;
 };
 
+// Decoded at the same time, as one after the other leaves all cores but one without work; two at
+// most, as each is in memory as a file meanwhile.
+template <class Value, class Load>
+std::vector<Exposed<Value>> load_all(const Stack& stack, const Load& load) {
+  std::vector<Exposed<Value>> frames(stack.size());
+  for_rows(
+      static_cast<int>(stack.size()),
+      [&](int j) {
+        const Frame& frame = stack[static_cast<std::size_t>(j)];
+        frames[static_cast<std::size_t>(j)] = {load(frame), frame.exposure_s};
+      },
+      2);
+  return frames;
+}
+
 // Calls act(frames, radiometry of their channels, distance of their neighbouring pixels in pixels
 // of the picture, what makes the picture of their merge).
 template <class Act>
@@ -173,21 +189,16 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
   const auto unchanged = [](HdrImage image) { return image; };
   const auto is_float = [&](const Frame& frame) { return is_float_frame(session, frame); };
   if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float)) {
-    std::vector<ExposedFloatFrame> frames;
-    for (const Frame& frame : stack) {
-      frames.push_back({load_float_frame(session, frame, part), frame.exposure_s});
-    }
-    return act(std::move(frames), radiometry, 1.0, unchanged);
+    const auto load = [&](const Frame& frame) { return load_float_frame(session, frame, part); };
+    return act(load_all<float>(stack, load), radiometry, 1.0, unchanged);
   }
-  std::vector<ExposedFrame> frames;
   const auto is_raw = [&](const Frame& frame) { return is_raw_frame(session, frame); };
   if (stack.empty() || !std::all_of(stack.begin(), stack.end(), is_raw)) {
-    for (const Frame& frame : stack) {
-      frames.push_back({load_frame(session, frame, part), frame.exposure_s});
-    }
-    return act(std::move(frames), radiometry, 1.0, unchanged);
+    const auto load = [&](const Frame& frame) { return load_frame(session, frame, part); };
+    return act(load_all<std::uint16_t>(stack, load), radiometry, 1.0, unchanged);
   }
   // In the Bayer domain: each site's own codes are merged, their radiance is demosaiced.
+  std::vector<ExposedFrame> frames;
   std::optional<io::BayerLayout> layout;
   for (const Frame& frame : stack) {
     io::RawImage raw = load_raw_frame(session, frame, part);

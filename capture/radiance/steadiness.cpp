@@ -7,6 +7,7 @@
 #include "capture/radiance/frame_pair.h"
 #include "capture/response/frame_reader.h"
 #include "core/numbers/median.h"
+#include "core/parallel.h"
 
 namespace kappamu::capture {
 namespace {
@@ -163,10 +164,11 @@ Steadiness compare_stack(std::span<const Exposed<Value>> stack, const Radiometry
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return stack[a].exposure_s < stack[b].exposure_s;
   });
-  std::vector<Blocks> blocks;
-  for (const Exposed<Value>& frame : stack) {
-    blocks.push_back(block_means(frame, reader, channel));
-  }
+  std::vector<Blocks> blocks(stack.size());
+  for_rows(static_cast<int>(stack.size()), [&](int j) {
+    const auto frame = static_cast<std::size_t>(j);
+    blocks[frame] = block_means(stack[frame], reader, channel);
+  });
   std::vector<std::size_t> chain{order.front()};
   std::vector<FramePair> steps;
   const auto finish = [&] {

@@ -146,7 +146,7 @@ Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) 
                                time);
   }
   const ProjectorQuad quad = centred_quad(request);
-  capture.patterns = make_fit_patterns(request.projector, quad, request.light, patch_overhang);
+  capture.patterns = make_fit_patterns(request.projector, quad, request.light, patch_overhang, mm);
   if (request.validate_patches > 0) {
     const auto held_out = make_patch_patterns(request.projector, quad, request.validate_patches,
                                               patch_overhang, PatternRole::validate, "validate_");

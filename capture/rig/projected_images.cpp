@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -157,10 +158,65 @@ std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
   return lit_cells(projector, quad, {n, overhang, n * n, role, prefix}, patch_of);
 }
 
+namespace {
+
+std::vector<PlannedPattern> sinusoid_patterns(const Projector& projector, const ProjectorQuad& quad,
+                                              const Sinusoids& light,
+                                              const std::array<double, 2>& face_mm) {
+  constexpr double pi = std::numbers::pi;
+  check(face_mm[0] > 0.0 && face_mm[1] > 0.0, "sinusoids need the lit face's extents");
+  if (light.phases < 3 || light.phases > 36 || light.per_mm.empty() ||
+      light.directions_degrees.empty()) {
+    throw InputError("sinusoids need a frequency, a direction and 3 to 36 phases.");
+  }
+  const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
+  const auto on_face = [&](int x, int y) {  // [mm]
+    const Eigen::Vector3d at = square_from_quad * Eigen::Vector3d(x, y, 1.0);
+    return Eigen::Vector2d(face_mm[0] * at[0] / at[2], face_mm[1] * at[1] / at[2]);
+  };
+  const int middle_x = projector.width / 2, middle_y = projector.height / 2;
+  const Eigen::Vector2d along_x = on_face(middle_x + 1, middle_y) - on_face(middle_x, middle_y);
+  const Eigen::Vector2d along_y = on_face(middle_x, middle_y + 1) - on_face(middle_x, middle_y);
+  const double pixel_mm = std::max(along_x.norm(), along_y.norm());
+  std::vector<PlannedPattern> patterns;
+  for (std::size_t f = 0; f < light.per_mm.size(); ++f) {
+    const double per_mm = light.per_mm[f];
+    if (!(per_mm > 0.0) || per_mm * pixel_mm > 0.25) {
+      throw InputError("a sinusoid of " + std::to_string(per_mm) +
+                       " /mm: a period needs more than four projector pixels of " +
+                       std::to_string(pixel_mm) + " mm; choose a frequency above 0 and below " +
+                       std::to_string(0.25 / pixel_mm) + " /mm.");
+    }
+    for (std::size_t d = 0; d < light.directions_degrees.size(); ++d) {
+      const double angle = light.directions_degrees[d] * pi / 180.0;
+      const Eigen::Vector2d wave =
+          2.0 * pi * per_mm * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      for (int p = 0; p < light.phases; ++p) {
+        char id[64];
+        std::snprintf(id, sizeof id, "fit_sine_%02zu_%02zu_%d", f, d, p);
+        patterns.push_back({id, make_uniform_image(projector, 0), PatternRole::fit});
+        for (int y = 0; y < projector.height; ++y) {
+          for (int x = 0; x < projector.width; ++x) {
+            const double phase = wave.dot(on_face(x, y)) + 2.0 * pi * p / light.phases;
+            patterns.back().image(x, y) = grey(0.5 + 0.5 * std::cos(phase));
+          }
+        }
+      }
+    }
+  }
+  return patterns;
+}
+
+}  // namespace
+
 std::vector<PlannedPattern> make_fit_patterns(const Projector& projector, const ProjectorQuad& quad,
-                                              const FitLight& light, double overhang) {
+                                              const FitLight& light, double overhang,
+                                              const std::array<double, 2>& face_mm) {
   const std::string prefix = "fit_";
   const int n = light.n;
+  if (light.shape == LightShape::sinusoids) {
+    return sinusoid_patterns(projector, quad, light.sinusoids, face_mm);
+  }
   if (light.shape == LightShape::patches) {
     return make_patch_patterns(projector, quad, n, overhang, PatternRole::fit, prefix);
   }

@@ -94,19 +94,32 @@ Rehearsal rehearse_session(const Camera& camera, const Projector& projector,
 /// (u, v) = (0,0), (max,0), (max,max), (0,max).
 using ProjectorQuad = std::array<std::array<double, 2>, 4>;
 
-enum class LightShape { bars, patches };
+enum class LightShape { bars, patches, sinusoids };
+
+/// Sinusoids over the projector's whole picture, 1/2 + 1/2 cos(2π f s + φ), s the way along the
+/// direction on the lit face: each frequency in each direction in each phase.
+struct Sinusoids {
+  std::vector<double> per_mm;                   ///< spatial frequencies on the lit face [1/mm], > 0
+  std::vector<double> directions_degrees{0.0};  ///< from u towards v
+  int phases = 3;                               ///< evenly over 360 degrees, 3 or more
+};
 
 /// What the projector shows for the fit: n bars across either axis of the lit face, 2 n patterns,
-/// or n * n patches. Sixteen patterns unless chosen (docs/benchmarks.md, "Which light").
+/// or n * n patches; sixteen patterns unless chosen (docs/benchmarks.md, "Which light"). Or
+/// sinusoids, for maps.
 struct FitLight {
   LightShape shape = LightShape::bars;
   int n = 8;
+  Sinusoids sinusoids{};
 };
 
 /// The patterns of `light` with the role fit: bars across u first, then across v; ids and overhang
-/// as those of make_patch_patterns().
+/// as those of make_patch_patterns(). Sinusoids need the lit face's extents along u and v [mm];
+/// their ids are "fit_sine_FF_DD_P" with the numbers of frequency, direction and phase. Throws
+/// InputError for a frequency of less than four projector pixels a period.
 std::vector<PlannedPattern> make_fit_patterns(const Projector& projector, const ProjectorQuad& quad,
-                                              const FitLight& light, double overhang);
+                                              const FitLight& light, double overhang,
+                                              const std::array<double, 2>& face_mm = {});
 
 /// n * n patterns, each lighting one cell of the n * n division of the quad (by its homography),
 /// cells in rows of u; ids are prefix + two or more digits from 00. The outer cells reach beyond

@@ -5,16 +5,19 @@
 
 namespace kappamu::capture {
 
-std::size_t saturate_filled_border(Image<std::uint16_t>& codes, int top) {
+bool is_filled(const std::uint16_t* pixel, std::size_t channels, int top) {
   const int margin = top / 100;
+  const auto [least, most] = std::minmax_element(pixel, pixel + channels);
+  return *least <= margin && *most >= top - margin;
+}
+
+std::size_t saturate_filled_border(Image<std::uint16_t>& codes, int top) {
   const auto channels = static_cast<std::size_t>(codes.channels());
   const auto width = static_cast<std::size_t>(codes.width());
   const auto height = static_cast<std::size_t>(codes.height());
   std::uint16_t* values = codes.values().data();
   const auto filled = [&](std::size_t pixel) {
-    const auto [least, most] =
-        std::minmax_element(values + pixel * channels, values + (pixel + 1) * channels);
-    return *least <= margin && *most >= top - margin;
+    return is_filled(values + pixel * channels, channels, top);
   };
   std::vector<std::uint8_t> seen(width * height, 0);
   std::vector<std::size_t> region;

@@ -16,4 +16,7 @@ namespace kappamu::capture {
 /// none.
 std::size_t saturate_filled_border(Image<std::uint16_t>& codes, int top);
 
+/// Whether a pixel looks like that: a filled region begins at the picture's edge with such ones.
+bool is_filled(const std::uint16_t* pixel, std::size_t channels, int top);
+
 }  // namespace kappamu::capture

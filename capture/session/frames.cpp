@@ -12,6 +12,7 @@
 #include "core/shown_text.h"
 #include "io/image/image_file.h"
 #include "io/image/orientation.h"
+#include "io/image/picture_values.h"
 
 namespace kappamu::capture {
 namespace {
@@ -79,10 +80,8 @@ void check_shape(const Session& session, const std::filesystem::path& path,
   }
 }
 
-void check_codes(const Session& session, const std::filesystem::path& path,
-                 const Image<std::uint16_t>& image) {
+void check_largest(const Session& session, const std::filesystem::path& path, int largest) {
   const int top = largest_code(session.camera);
-  const std::uint16_t largest = *std::max_element(image.values().begin(), image.values().end());
   if (largest > top) {
     throw InputError(
         path.string() + ": the frame holds code " + std::to_string(largest) +
@@ -94,6 +93,28 @@ void check_codes(const Session& session, const std::filesystem::path& path,
              : "; correct the exposure times, or save all with the same number of bits, "
                "as the camera gave them."));
   }
+}
+
+void check_codes(const Session& session, const std::filesystem::path& path,
+                 const Image<std::uint16_t>& image) {
+  check_largest(session, path, *std::max_element(image.values().begin(), image.values().end()));
+}
+
+/// Whether the frame's rows can be had one by one: those of turned pictures need the whole first.
+bool has_plain_rows(const Session& session, const Frame& frame) {
+  return !is_float_frame(session, frame) && !is_raw_frame(session, frame) &&
+         !is_headerless(session.camera, frame.file) && orientation_of(session) == 1;
+}
+
+/// Whether a row of the whole picture has filled pixels where a filled region begins.
+bool touches_filled_border(const Camera& camera, std::size_t channels, int y,
+                           const std::uint16_t* codes) {
+  const int step = y == 0 || y == camera.height - 1 ? 1 : std::max(1, camera.width - 1);
+  for (int x = 0; x < camera.width; x += step) {
+    if (is_filled(codes + static_cast<std::size_t>(x) * channels, channels, largest_code(camera)))
+      return true;
+  }
+  return false;
 }
 
 template <class T>
@@ -201,7 +222,10 @@ Image<float> load_float_frame(const Session& session, const Frame& frame, const 
   return kept(io::turned(std::move(image), orientation_of(session)), part);
 }
 
-Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, const Part& part) {
+namespace {
+
+/// Read as a whole before the part is taken.
+Image<std::uint16_t> whole_frame(const Session& session, const Frame& frame, const Part& part) {
   const int top = largest_code(session.camera);
   if (is_float_frame(session, frame)) {
     const Image<float> linear = load_float_frame(session, frame, part);
@@ -219,21 +243,56 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, cons
   }
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
-  const bool fills_border = camera.encoding == Encoding::response;
-  // Turned pictures, and borders that are found from the edge, need the whole first.
-  const bool whole = fills_border || orientation_of(session) != 1;
-  const auto check_size = [&](const io::ImageSize& size) { check_shape(session, path, size); };
-  if (!whole && !is_headerless(camera, frame.file)) {
-    Image<std::uint16_t> image = io::read_code_image(path, check_size, part);
-    check_codes(session, path, image);
-    return image;
-  }
   Image<std::uint16_t> image = is_headerless(camera, frame.file)
                                    ? read_headerless(camera, path)
-                                   : io::read_code_image(path, check_size);
+                                   : io::read_code_image(path, [&](const io::ImageSize& size) {
+                                       check_shape(session, path, size);
+                                     });
   check_codes(session, path, image);
-  if (fills_border) saturate_filled_border(image, top);
+  if (camera.encoding == Encoding::response) saturate_filled_border(image, top);
   return kept(io::turned(std::move(image), orientation_of(session)), part);
+}
+
+}  // namespace
+
+Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, const Part& part) {
+  if (!has_plain_rows(session, frame)) return whole_frame(session, frame, part);
+  const Camera& camera = session.camera;
+  Image<std::uint16_t> image(part ? part->width : camera.width, part ? part->height : camera.height,
+                             static_cast<int>(session.channels.size()));
+  const std::size_t row = static_cast<std::size_t>(image.width()) * session.channels.size();
+  load_rows(
+      session, frame,
+      [&](int y, const std::uint16_t* codes) { std::copy_n(codes, row, &image(0, y)); }, part);
+  return image;
+}
+
+void load_rows(const Session& session, const Frame& frame, const TakeRow& take, const Part& part) {
+  const Camera& camera = session.camera;
+  const std::size_t channels = session.channels.size();
+  const auto hand_over = [&] {
+    const Image<std::uint16_t> image = whole_frame(session, frame, part);
+    for (int y = 0; y < image.height(); ++y) take(y, &image(0, y));
+  };
+  if (!has_plain_rows(session, frame)) return hand_over();
+  const std::filesystem::path path = existing_path(session, frame);
+  const auto check_size = [&](const io::ImageSize& size) { check_shape(session, path, size); };
+  const Region wanted = part.value_or(Region{0, 0, camera.width, camera.height});
+  // A filled border may reach into the part from any edge of the picture.
+  const bool looks_at_edges = camera.encoding == Encoding::response && channels > 1;
+  const Region read = looks_at_edges ? Region{0, 0, camera.width, camera.height} : wanted;
+  const std::size_t row = static_cast<std::size_t>(read.width) * channels;
+  int largest = 0;
+  bool filled = false;
+  io::read_code_rows(path, check_size, read, [&](int y, const std::uint16_t* codes) {
+    largest = std::max<int>(largest, *std::max_element(codes, codes + row));
+    filled = filled || (looks_at_edges && touches_filled_border(camera, channels, y, codes));
+    const int in_part = y + read.top - wanted.top;
+    if (in_part < 0 || in_part >= wanted.height) return;
+    take(in_part, codes + static_cast<std::size_t>(wanted.left - read.left) * channels);
+  });
+  check_largest(session, path, largest);
+  if (filled) hand_over();
 }
 
 Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern) {

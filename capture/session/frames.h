@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -36,6 +37,13 @@ using Part = std::optional<Region>;
 /// is missing, truncated, of another size or number of channels than the session tells, stored with
 /// 8 bits though the camera has more, or holds codes beyond the bit depth.
 Image<std::uint16_t> load_frame(const Session& session, const Frame& frame, const Part& part = {});
+
+/// The same row by row, [x][channel], in order from `y` = 0 of the part on, without a picture of
+/// them where the frame's kind allows that. All come a second time, which counts, where a filled
+/// border is met on the way. Throws as load_frame(), at the end for codes beyond the bit depth.
+using TakeRow = std::function<void(int y, const std::uint16_t* codes)>;
+void load_rows(const Session& session, const Frame& frame, const TakeRow& take,
+               const Part& part = {});
 
 /// Codes that no interpolation has touched, for statistics of black and noise: of a RAW frame the
 /// sites of each 2 x 2 cell as R, one G and B, half the extent; otherwise as load_frame().

@@ -18,8 +18,9 @@ using Eigen::Vector3d;
 /// Pairs looked at, where a mesh of a body has some ten.
 constexpr std::uint64_t most_looks_per_triangle = 1000;
 
-/// Distances below this share of the box are touching.
-constexpr double touching = 1e-9;
+/// Distances below this share of the box are touching: within a component, and between two, whose
+/// files may round positions to 24 bits.
+constexpr double touching = 1e-9, touching_between = 1e-6;
 
 std::vector<Eigen::AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
   std::vector<Eigen::AlignedBox3d> boxes;
@@ -111,7 +112,7 @@ int MeshCrossings::crosses(int triangle, const Vector3d& origin, const Vector3d&
   return with ? 1 : -1;
 }
 
-bool MeshCrossings::triangles_cross(int one, int other) const {
+bool MeshCrossings::triangles_cross(int one, int other, bool between) const {
   int shared = 0;
   for (const int v : mesh_.triangles[static_cast<std::size_t>(one)]) {
     for (const int w : mesh_.triangles[static_cast<std::size_t>(other)]) shared += v == w ? 1 : 0;
@@ -126,7 +127,10 @@ bool MeshCrossings::triangles_cross(int one, int other) const {
       return true;
     }
   }
-  return lies_upon(s, t, s_normal, tolerance);
+  // In the plane of the larger one: rounded corners tilt that of a small one.
+  const auto area = [](const Corners& c) { return (c[1] - c[0]).cross(c[2] - c[0]).norm(); };
+  const double near = (between ? touching_between : touching) * length_;
+  return area(s) >= area(t) ? lies_upon(s, t, s_normal, near) : lies_upon(t, s, t_normal, near);
 }
 
 MeshCrossings::Pairs MeshCrossings::crossing_pairs(const std::vector<int>& component) const {
@@ -145,22 +149,23 @@ MeshCrossings::Pairs MeshCrossings::crossing_pairs(const std::vector<int>& compo
     const std::size_t begin = static_cast<std::size_t>(row) * piece;
     for (std::size_t i = begin; i < std::min(begin + piece, boxes_.size()); ++i) {
       const int one = static_cast<int>(i);
+      const Vector3d near = Vector3d::Constant(touching_between * length_);
+      const Eigen::AlignedBox3d reach(boxes_[i].min() - near, boxes_[i].max() + near);
       tree_.visit(
           [&](const Eigen::AlignedBox3d& box) {
-            return looks_here < most_looks && box.intersects(boxes_[i]);
+            return looks_here < most_looks && box.intersects(reach);
           },
           [&](int other) {
-            if (other <= one || !boxes_[i].intersects(boxes_[static_cast<std::size_t>(other)])) {
+            if (other <= one || !reach.intersects(boxes_[static_cast<std::size_t>(other)])) {
               return;
             }
             ++looks_here;
-            if (!triangles_cross(one, other)) return;
+            const bool between = component[i] != component[static_cast<std::size_t>(other)];
+            if (!triangles_cross(one, other, between)) return;
             ++here.count;
             const std::pair found(one, other);
             keep_first(here.first, found);
-            if (component[i] != component[static_cast<std::size_t>(other)]) {
-              keep_first(here.between, found);
-            }
+            if (between) keep_first(here.between, found);
           });
     }
     const std::lock_guard guard(lock);

@@ -17,8 +17,8 @@ class MeshCrossings {
   /// The mesh must outlive this.
   explicit MeshCrossings(const TriangleMesh& mesh);
 
-  /// Triangles that cross another one without sharing an edge with it, or lie upon it. Touching
-  /// does not count.
+  /// Triangles that cross another one without sharing an edge with it, or lie upon it (of two
+  /// components: within 1e-6 of the box). Touching does not count.
   struct Pairs {
     std::uint64_t count = 0;
     std::optional<std::pair<int, int>> first;    ///< with the smallest numbers
@@ -57,7 +57,7 @@ class MeshCrossings {
   /// 1: leaves through the triangle, -1: enters, 0: passes it.
   int crosses(int triangle, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
   const Eigen::Vector3d& corner(int triangle, int k) const;
-  bool triangles_cross(int one, int other) const;
+  bool triangles_cross(int one, int other, bool between) const;
 
   const TriangleMesh& mesh_;
   std::vector<Eigen::AlignedBox3d> boxes_;

@@ -238,6 +238,26 @@ class MeshCheck {
     }
   }
 
+  /// Whether the middle of triangle t lies within an odd number of the other components. Three rays
+  /// vote, should one meet an edge.
+  bool within_others(const MeshCrossings& crossings, std::size_t t) const {
+    const Triangle& corners = result_.mesh.triangles[t];
+    const Vector3d from = (vertex(corners[0]) + vertex(corners[1]) + vertex(corners[2])) / 3.0;
+    const int own = result_.component[t];
+    int odd = 0;
+    for (const Vector3d& direction :
+         {Vector3d(0.61, 0.37, 0.70), Vector3d(-0.53, 0.79, -0.31), Vector3d(0.23, -0.89, 0.41)}) {
+      odd += crossings
+                 .along(from, direction,
+                        [&](int other) {
+                          return result_.component[static_cast<std::size_t>(other)] != own;
+                        })
+                 .number %
+             2;
+    }
+    return odd >= 2;
+  }
+
   void orient_outwards() {
     const auto pieces = static_cast<std::size_t>(result_.components);
     std::vector<double> volume(pieces);
@@ -253,22 +273,7 @@ class MeshCheck {
     std::vector<std::size_t> bodies, voids;  // of those turned
     std::vector<bool> turn(pieces);
     for (std::size_t c = 0; c < pieces; ++c) {
-      // Three rays vote, should one meet an edge.
-      int odd = 0;
-      const Triangle& corners = triangle(static_cast<std::size_t>(sample[c]));
-      const Vector3d from = (vertex(corners[0]) + vertex(corners[1]) + vertex(corners[2])) / 3.0;
-      for (const Vector3d& direction : {Vector3d(0.61, 0.37, 0.70), Vector3d(-0.53, 0.79, -0.31),
-                                        Vector3d(0.23, -0.89, 0.41)}) {
-        odd += crossings
-                   .along(from, direction,
-                          [&](int other) {
-                            return static_cast<std::size_t>(
-                                       result_.component[static_cast<std::size_t>(other)]) != c;
-                          })
-                   .number %
-               2;
-      }
-      const bool within = odd >= 2;
+      const bool within = within_others(crossings, static_cast<std::size_t>(sample[c]));
       turn[c] = within ? volume[c] > 0.0 : volume[c] < 0.0;
       if (turn[c]) (within ? voids : bodies).push_back(c);
     }
@@ -287,12 +292,35 @@ class MeshCheck {
            "inside another made a void by turning it inside out" + first(voids));
   }
 
+  /// Bodies whose edges meet edges and corners of others exactly do not pierce any of their
+  /// triangles; some of theirs lie inside another body and some outside.
+  void refuse_bodies_partly_inside(const MeshCrossings& crossings) const {
+    constexpr std::size_t most_looks = 256;  // of a component
+    const auto pieces = static_cast<std::size_t>(result_.components);
+    if (pieces == 1) return;
+    std::vector<std::vector<std::size_t>> triangles(pieces);
+    for (std::size_t t = 0; t < result_.component.size(); ++t) {
+      triangles[static_cast<std::size_t>(result_.component[t])].push_back(t);
+    }
+    for (const std::vector<std::size_t>& own : triangles) {
+      const bool within = within_others(crossings, own.front());
+      const std::size_t looks = std::min(own.size(), most_looks);
+      for (std::size_t i = 1; i < looks; ++i) {
+        const std::size_t t = own[i * own.size() / looks];
+        if (within_others(crossings, t) == within) continue;
+        fail("one of its bodies is partly inside another: of " + named(own.front()) + " and " +
+             named(t) + " one is, the other is not; unite the bodies or move them apart");
+      }
+    }
+  }
+
   void find_self_intersections() {
     const MeshCrossings crossings(result_.mesh);
     const MeshCrossings::Pairs pairs = crossings.crossing_pairs(result_.component);
     if (!pairs.all) {
       fail("too many of its triangles lie across each other to find its inside; remesh it");
     }
+    if (!pairs.between) refuse_bodies_partly_inside(crossings);
     if (!pairs.first) return;
     const auto where_of = [this](const std::pair<int, int>& pair) {
       const auto one = static_cast<std::size_t>(pair.first);

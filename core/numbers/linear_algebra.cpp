@@ -4,19 +4,10 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-#include "core/error.h"
-
 namespace kappamu {
 
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix);
-  return {solver.eigenvalues(), solver.eigenvectors()};
-}
-
-SymmetricEigen tridiagonal_eigen(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside) {
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(diagonal, beside);
-  check(solver.info() == Eigen::Success, "eigenvalues of a tridiagonal matrix do not converge");
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 

@@ -15,10 +15,6 @@ struct SymmetricEigen {
 /// Of a symmetric matrix; reads the lower triangle.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 
-/// Of the symmetric matrix with this diagonal and, one shorter, these numbers beside it; throws
-/// InternalError where the iteration does not end (numbers that are not finite).
-SymmetricEigen tridiagonal_eigen(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside);
-
 /// matrix⁻¹ · right of a symmetric, positive semidefinite matrix, by LDLᵀ.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
 

@@ -4,7 +4,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -18,30 +20,33 @@
 
 namespace kappamu::synthetic {
 
-/// Directions of a lens's supersampled rays, found once for all pictures.
+/// A lens's supersampled rays, `per_side`² per pixel on a regular lattice. Directions are (x', y',
+/// 1) in the camera frame.
 class RayTable {
  public:
-  /// `per_side`² rays per pixel on a regular lattice.
-  RayTable(const calib::Lens& lens, int per_side);
+  RayTable(const calib::Lens& lens, int per_side)
+      : lens_(lens),
+        per_side_(per_side),
+        tile_(std::clamp(static_cast<int>(std::sqrt(0.0078 * lens.width)), 1, 8)) {}
 
-  int width() const { return width_; }
-  int height() const { return height_; }
+  int width() const { return lens_.width; }
+  int height() const { return lens_.height; }
   int per_pixel() const { return per_side_ * per_side_; }
   int per_side() const { return per_side_; }
-  double focal_px() const { return focal_px_; }
-  /// Direction (x', y', 1) in the camera frame of ray `n` of pixel (x, y).
-  Eigen::Vector3d direction(int x, int y, int n) const {
-    const std::array<float, 2>& d =
-        directions_[(static_cast<std::size_t>(y) * width_ + x) * per_pixel() + n];
-    return {d[0], d[1], 1.0};
+  double focal_px() const { return 0.5 * (lens_.fx + lens_.fy); }
+  /// [px] Edge of the squares within which what a plane shows is interpolated between the corners:
+  /// a lens and a perspective bend a few 1e-4 px at most there.
+  int tile() const { return tile_; }
+  Eigen::Vector3d direction(const Eigen::Vector2d& pixel) const { return lens_.unproject(pixel); }
+  /// Of ray n from its pixel's centre [px].
+  Eigen::Vector2d offset(int n) const {
+    return {(n % per_side_ + 0.5) / per_side_ - 0.5, (n / per_side_ + 0.5) / per_side_ - 0.5};
   }
 
  private:
-  int width_;
-  int height_;
+  calib::Lens lens_;
   int per_side_;
-  double focal_px_;
-  std::vector<std::array<float, 2>> directions_;
+  int tile_;
 };
 
 /// Diffuse reflectances R, G, B of a surface at (x, y) [mm], averaged over the extent of one ray
@@ -71,8 +76,7 @@ Image<float> render_quads(const RayTable& rays, const Rigid& world_from_camera,
 /// Fraction of a filter `width` wide, centred on `position`, that lies between `low` and `high`.
 double coverage(double position, double low, double high, double width);
 
-/// The glowing face of the sample through one camera: where each ray meets the face, found once for
-/// all patterns.
+/// The glowing face of the sample through one camera.
 class FaceView {
  public:
   FaceView(const RayTable& rays, const Rigid& world_from_camera, const Rigid& world_from_sample,
@@ -87,12 +91,17 @@ class FaceView {
   bool covers(int x, int y) const;
 
  private:
-  int width_;
-  int height_;
-  int per_pixel_;
+  struct Place {
+    double u = 0.0, v = 0.0;  ///< in cells
+    double cosine = 0.0;      ///< of the ray with the face's outward normal
+  };
+  Place place(const Eigen::Vector2d& pixel) const;
+
+  RayTable rays_;
+  Rigid sample_from_camera_;
   FaceShape shape_;
-  std::vector<float> factor_;                   ///< [y][x] radiance per exitance [1/sr]
-  std::vector<std::array<float, 2>> position_;  ///< [y][x][ray] in cells, u < 0: beside the face
+  double voxel_mm_, plane_z_, outward_;
+  BoundaryConstants constants_;
 };
 
 }  // namespace kappamu::synthetic

@@ -44,7 +44,7 @@ SimulatedRig::SimulatedRig(const SimulationOptions& options, const std::string& 
   const GridShape fine = rig_.sample.grid.refined(options.refinement);
   transport_ = std::make_unique<Transport>(
       Block{.shape = fine, .eta = rig_.sample.eta, .lit_face = rig_.sample.lit_face()}, device,
-      TransportChoice{options.transport, options.photons, options.seed});
+      TransportChoice{options.transport, options.photons, options.seed, options.anisotropy});
   media_ = sample_medium(rig_.sample, fine);
 }
 
@@ -148,7 +148,9 @@ void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progr
       std::max_element(rig_.responsivity.begin(), rig_.responsivity.end()) -
       rig_.responsivity.begin());
   for (const Image<std::uint8_t>& image : images) {
-    const bool lit_is_seen = rig_.sample.setup == capture::Setup::front_lit;
+    // Sinusoids light all of the face, and it is the lit pixels that are measured.
+    const bool lit_is_seen = rig_.sample.setup == capture::Setup::front_lit &&
+                             options_.light.shape != capture::LightShape::sinusoids;
     const std::vector<double> light =
         lit_is_seen ? lit_face_irradiance(image) : std::vector<double>{};
     const ExitanceMaps& maps = solved_.at(key_of_image(image));

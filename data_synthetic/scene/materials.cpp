@@ -153,6 +153,9 @@ auto stone_coefficients(double voxel, std::uint64_t seed) {
   };
 }
 
+/// A reference phantom: even, thick, absorbing enough that its sides are not felt in the middle.
+constexpr PointCoefficients silicone{{2.0, 2.2, 2.4}, {0.03, 0.05, 0.08}};
+constexpr double silicone_index = 1.4;
 constexpr PointCoefficients pale_wax{{1.20, 1.40, 1.60}, {0.002, 0.005, 0.020}};
 constexpr Tint amber_wax{{0.6, 0.65, 0.7}, {2.0, 2.5, 2.2}};
 constexpr PointCoefficients candle_wax{{1.40, 1.60, 1.80}, {0.003, 0.006, 0.015}};
@@ -161,7 +164,7 @@ constexpr Tint red_wax{{0.8, 0.75, 0.75}, {1.5, 5.0, 3.5}};
 }  // namespace
 
 std::vector<std::string> sample_names() {
-  return {"demo", "wax1", "wax2", "marble", "stone", "tiny"};
+  return {"demo", "wax1", "wax2", "marble", "stone", "tiny", "phantom"};
 }
 
 SampleModel make_sample(const std::string& name, std::uint64_t seed,
@@ -179,6 +182,11 @@ SampleModel make_sample(const std::string& name, std::uint64_t seed,
   } else if (name == "tiny") {
     shape(12, 10, 6, 0.6);
     sample.coefficients = vein_and_inclusions(jensen_marble, sample.grid, structure);
+  } else if (name == "phantom") {
+    shape(48, 48, 24, 0.5);
+    sample.setup = capture::Setup::front_lit;
+    sample.eta = silicone_index;
+    sample.coefficients = [](const Vector3d&) { return silicone; };
   } else if (name == "wax1") {
     shape(130, 53, 37, 0.4);
     sample.coefficients = wax_coefficients(pale_wax, amber_wax, structure);

@@ -3,7 +3,8 @@
 // Base coefficients per mm: marble as measured by Jensen et al. 2001, table 1 (σs' 2.19 2.62 3.00,
 // σa 0.0021 0.0041 0.0071); waxes and cast stone in the range published for paraffin and candle wax
 // and for onyx-like stone (σs' about 1, σa 0.002 to 0.05), absorbing more towards blue. Sizes and
-// setups of the paper's samples: [W] table II. Refractive index 1.3 throughout, as in [W].
+// setups of the paper's samples: [W] table II. Refractive index 1.3, as in [W], but for the
+// homogeneous phantom's 1.4.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,7 +40,7 @@ struct SampleModel {
   }
 };
 
-/// demo, wax1, wax2, marble, stone, tiny.
+/// demo, wax1, wax2, marble, stone, tiny, phantom.
 std::vector<std::string> sample_names();
 
 /// Throws InputError, listing the names, unless `name` is a sample's. `seed` varies the structure;

@@ -1,6 +1,6 @@
 // How far diffusion is to be trusted in a slab, read from a measured table: its error against Monte
-// Carlo transport over albedo and thickness (docs/validity.md; `kappamu bench validity` remakes the
-// table). First-collision source, relative index 1.3, laterally even.
+// Carlo transport over albedo and thickness (docs/validity.md; `kappamu-studies validity` remakes
+// the table). First-collision source, relative index 1.3, laterally even.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 // What models of objects were measured to err and to cost against transport, as laws in a few
 // features of the object. The numbers are in measured_models.inc, written by studies/fit_choice.py
-// from the record of `kappamu bench objects` on its tuning scenes; docs/objects-bench.md.
+// from the record of `kappamu-studies objects` on its tuning scenes; docs/objects-bench.md.
 #pragma once
 
 #include <span>

@@ -70,8 +70,9 @@ void add_light(const ObjectProblem& problem, std::span<const ObjectLight> lights
       diffuse += light.diffuse[i] * problem.surface.area[i];
     for (const Beam& beam : light.beams) {
       beams += beam.power;
-      facing -= beam.power *
-                beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]);
+      const double along =
+          beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]);
+      facing += beam.power * (along > 0.0 ? 1.0 : -along);  // from inside there is no slant
     }
   }
   if (diffuse + beams > 0.0) features.diffuse = diffuse / (diffuse + beams);

@@ -18,7 +18,8 @@ std::vector<double> transmitted(const Surface& surface, double eta, const Object
     const double cosine = -beam.direction.dot(surface.normal[t]);
     if (cosine <= 0.0) {
       throw InputError("a beam meets triangle " + std::to_string(beam.triangle) +
-                       " from inside; beams arrive from outside");
+                       " from inside; dipole models take light from outside only: take embedded, "
+                       "montecarlo or auto where a light is inside an object");
     }
     irradiance[t] += (1.0 - fresnel_external(eta, cosine)) * beam.power / surface.area[t];
   }

@@ -16,10 +16,11 @@ double diffuse_half_space(double a, double k, double robin_A) {
   return 1.0 / ((tau + decay) * (1.0 + 2.0 * robin_A * decay / (3.0 * tau)));
 }
 
-double slab_over_half_space(double a, double k, double robin_A, double thickness) {
+double slab_over_half_space(double a, double k, double robin_A, double surface_A,
+                            double thickness) {
   const double tau = 1.0 + a;
   const std::array<Layer, 1> layers{{{1.0 / (3.0 * tau), a, thickness}}};
-  const LayeredMode slab(layers, robin_A, {k * k, 1.0, 0.0});
+  const LayeredMode slab(layers, surface_A, {k * k, 1.0, 0.0});
   return slab.flux_out_near() / diffuse_half_space(a, k, robin_A);
 }
 

@@ -15,8 +15,8 @@ namespace kappamu::forward {
 /// `a` ≥ 0 and `k` ≥ 0 dimensionless; `robin_A` as BoundaryConstants::A.
 double diffuse_half_space(double a, double k, double robin_A);
 
-/// Slab of `thickness` (in units of 1/σs', > 0) over the half-space of the same medium, ≤ 1: the
-/// far surface as the near one.
-double slab_over_half_space(double a, double k, double robin_A, double thickness);
+/// Slab of `thickness` (in units of 1/σs', > 0) between surfaces of `surface_A` over the half-space
+/// of the same medium under one of `robin_A`.
+double slab_over_half_space(double a, double k, double robin_A, double surface_A, double thickness);
 
 }  // namespace kappamu::forward

@@ -20,6 +20,14 @@ constexpr double followed_to = 1e-6;
 BeamPath::BeamPath(const Walls& walls, const Beam& beam) : enters_(beam.triangle) {
   const Eigen::Vector3d& normal = walls.normal(beam.triangle);
   const double cosine = -beam.direction.dot(normal);
+  if (begins_inside(beam, normal)) {
+    const auto hit = walls.ahead(beam.position, beam.direction);
+    if (hit && hit->triangle == beam.triangle) {
+      transmitted_ = 1.0;
+      add_chord(walls, beam.position, beam.direction, *hit);
+      return;
+    }
+  }
   if (!(cosine > 0.0)) {
     throw InputError("a beam meets triangle " + std::to_string(beam.triangle) +
                      " from inside the object; lights must lie outside it");
@@ -31,10 +39,14 @@ BeamPath::BeamPath(const Walls& walls, const Beam& beam) : enters_(beam.triangle
 void BeamPath::go_on(const Walls& walls, Eigen::Vector3d from, const Eigen::Vector3d& direction,
                      int triangle) {
   const std::optional<RayHit> hit = walls.inside(from, direction, triangle);
-  if (!hit) return;
-  const double cosine = std::min(1.0, walls.normal(hit->triangle).dot(direction));
+  if (hit) add_chord(walls, from, direction, *hit);
+}
+
+void BeamPath::add_chord(const Walls& walls, const Eigen::Vector3d& from,
+                         const Eigen::Vector3d& direction, const RayHit& hit) {
+  const double cosine = std::min(1.0, walls.normal(hit.triangle).dot(direction));
   chords_.push_back(
-      {from, direction, hit->distance, hit->triangle, walls.transmitted(hit->triangle, cosine)});
+      {from, direction, hit.distance, hit.triangle, walls.transmitted(hit.triangle, cosine)});
 }
 
 const Chord* BeamPath::chord(std::size_t k, const Walls& walls) {

@@ -16,13 +16,18 @@ struct Chord {
   double leaves = 1.0;              ///< there, of what arrives; the rest is reflected inside
 };
 
+/// Whether a beam flies to its triangle from inside: `normal` is the triangle's.
+inline bool begins_inside(const Beam& beam, const Eigen::Vector3d& normal) {
+  return beam.direction.dot(normal) > 0.0;
+}
+
 class BeamPath {
  public:
-  /// Throws InputError where the beam meets the surface from inside.
+  /// Throws InputError where the beam meets its triangle from inside and did not begin there.
   BeamPath(const Walls& walls, const Beam& beam);
 
   double transmitted() const { return transmitted_; }  ///< share of the beam's power that enters
-  int enters() const { return enters_; }               ///< the wall there
+  int enters() const { return enters_; }  ///< the wall there; of a beam that begins inside, ahead
   /// The part number `k`, each asked for in turn; a path grows as far as it is asked for. None:
   /// everything has left, or it slipped out along an edge of the mesh.
   const Chord* chord(std::size_t k, const Walls& walls);
@@ -30,6 +35,8 @@ class BeamPath {
  private:
   void go_on(const Walls& walls, Eigen::Vector3d from, const Eigen::Vector3d& direction,
              int triangle);
+  void add_chord(const Walls& walls, const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+                 const RayHit& hit);
 
   int enters_;
   double transmitted_;

@@ -64,6 +64,13 @@ std::optional<RayHit> MeshWalls::inside(Eigen::Vector3d& position, const Eigen::
   return std::nullopt;
 }
 
+std::optional<RayHit> MeshWalls::ahead(const Eigen::Vector3d& position,
+                                       const Eigen::Vector3d& direction) const {
+  const std::optional<RayHit> hit = rays_.first_hit(position, direction);
+  const bool within = hit && hit->distance > nudge_ && normal(hit->triangle).dot(direction) > 0.0;
+  return within ? hit : std::nullopt;
+}
+
 std::optional<RayHit> MeshWalls::outside(const Eigen::Vector3d& position,
                                          const Eigen::Vector3d& direction, int triangle) const {
   const std::optional<RayHit> hit = off(position, direction, triangle);
@@ -96,6 +103,12 @@ std::optional<RayHit> BoxWalls::inside(Eigen::Vector3d& position, const Eigen::V
     }
   }
   return hit;
+}
+
+std::optional<RayHit> BoxWalls::ahead(const Eigen::Vector3d& position,
+                                      const Eigen::Vector3d& direction) const {
+  Eigen::Vector3d at = position;
+  return inside(at, direction, 0);
 }
 
 double BoxWalls::transmitted(int face, double cosine) const {

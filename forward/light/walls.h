@@ -29,6 +29,9 @@ class Walls {
   /// out. None: it slips out along an edge.
   virtual std::optional<RayHit> inside(Eigen::Vector3d& position, const Eigen::Vector3d& direction,
                                        int wall) const = 0;
+  /// The wall ahead of light that is inside, away from all walls. None: it is on one, or outside.
+  virtual std::optional<RayHit> ahead(const Eigen::Vector3d& position,
+                                      const Eigen::Vector3d& direction) const = 0;
   /// Share of what arrives from inside, at a cosine to the normal, that goes out.
   virtual double transmitted(int wall, double cosine) const;
 
@@ -47,6 +50,8 @@ class MeshWalls final : public Walls {
   }
   std::optional<RayHit> inside(Eigen::Vector3d& position, const Eigen::Vector3d& direction,
                                int triangle) const override;
+  std::optional<RayHit> ahead(const Eigen::Vector3d& position,
+                              const Eigen::Vector3d& direction) const override;
   double nudge() const { return nudge_; }  ///< [mm]
   /// A point of the surface, taken inwards and from the edges of its triangle by a way that rays
   /// tell from none.
@@ -75,6 +80,8 @@ class BoxWalls final : public Walls {
   }
   std::optional<RayHit> inside(Eigen::Vector3d& position, const Eigen::Vector3d& direction,
                                int face) const override;
+  std::optional<RayHit> ahead(const Eigen::Vector3d& position,
+                              const Eigen::Vector3d& direction) const override;
   double transmitted(int face, double cosine) const override;
 
  private:

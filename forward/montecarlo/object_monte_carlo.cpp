@@ -11,6 +11,7 @@
 #include "core/parallel.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
+#include "forward/light/beam_path.h"
 #include "forward/light_entry.h"
 #include "forward/montecarlo/object_walk.h"
 #include "forward/montecarlo/photon_tables.h"
@@ -37,7 +38,9 @@ class Entry {
     for (const Beam& beam : light.beams) {
       const Vector3d& normal = problem.surface.normal[static_cast<std::size_t>(beam.triangle)];
       const double cosine = std::min(1.0, -beam.direction.dot(normal));
-      power_.push_back(beam.power * (1.0 - fresnel_external(problem.eta, cosine)));
+      const double reflected =
+          begins_inside(beam, normal) ? 0.0 : fresnel_external(problem.eta, cosine);
+      power_.push_back(beam.power * (1.0 - reflected));
     }
     const double diffuse =
         problem.eta * problem.eta * (1.0 - boundary_constants(problem.eta).r_phi);
@@ -58,6 +61,12 @@ class Entry {
     if (chosen < light_.beams.size()) {
       const Beam& beam = light_.beams[chosen];
       start.triangle = beam.triangle;
+      if (begins_inside(beam, problem_.surface.normal[static_cast<std::size_t>(beam.triangle)])) {
+        start.inside = true;
+        start.position = beam.position;
+        start.direction = beam.direction;
+        return start;
+      }
       start.position = scene_.walls.nudged(beam.position, beam.triangle);  // it may lie on an edge
       start.direction = refracted(beam.direction,
                                   problem_.surface.normal[static_cast<std::size_t>(beam.triangle)],
@@ -176,8 +185,10 @@ void validate(const ObjectProblem& problem, const ObjectOptions& options) {
       require(beam.power >= 0.0 && std::isfinite(beam.power) && beam.position.allFinite() &&
                   std::abs(beam.direction.norm() - 1.0) < 1e-6,
               name + " has a beam without triangle, power, position or direction");
-      require(beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]) <=
-                  0.0,
+      if (!begins_inside(beam, problem.surface.normal[static_cast<std::size_t>(beam.triangle)]))
+        continue;
+      const auto ahead = MeshWalls(problem).ahead(beam.position, beam.direction);
+      require(ahead && ahead->triangle == beam.triangle,
               name + " has a beam that arrives from inside the object; let it arrive from outside");
     }
   }

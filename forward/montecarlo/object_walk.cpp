@@ -60,6 +60,7 @@ void PhotonWalk::follow(const WalkStart& start, std::vector<Exit>& exits, WalkTa
   position_ = start.position;
   direction_ = start.direction;
   triangle_ = last_triangle_ = start.triangle;
+  if (start.inside) triangle_.reset();
   ahead_.reset();
   weight_ = full_weight;
   scattered_ = start.scattered;

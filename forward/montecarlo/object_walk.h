@@ -35,6 +35,7 @@ struct WalkStart {
   int triangle = 0;
   Eigen::Vector3d position, direction;
   bool scattered = false;  ///< counts as scattered light from the start
+  bool inside = false;     ///< away from all triangles, `triangle` lies ahead
 };
 
 struct Exit {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::forward {
 
@@ -13,6 +14,10 @@ namespace {
 
 /// Coefficients stored as float may say σs' = −1e-7 σt' where zero was meant.
 constexpr double rounding = 1e-6;
+
+/// Mean free paths along the block's longest edge: with a million photons that takes hours, and
+/// beyond the program would seem to hang.
+constexpr double most_collisions = 1e6;
 
 std::uint32_t chance(double probability) {
   return static_cast<std::uint32_t>(std::min(std::round(probability * 0x1p32), 0x1p32 - 1.0));
@@ -47,6 +52,14 @@ CollisionTable collision_table(const Medium& medium, double anisotropy) {
   }
   CollisionTable table;
   table.majorant = *std::max_element(extinction.begin(), extinction.end());
+  const GridShape& shape = medium.kappa.shape();
+  const double longest = shape.voxel_mm * std::max({shape.nx, shape.ny, shape.nz});
+  if (table.majorant * longest > most_collisions) {
+    throw InputError(
+        formatted("medium: at its densest voxel light scatters every %.3g mm, a photon some %.2g "
+                  "times; Monte Carlo transport follows at most %.0g, choose a model of diffusion",
+                  1.0 / table.majorant, table.majorant * longest, most_collisions));
+  }
   table.mean =
       std::accumulate(extinction.begin(), extinction.end(), 0.0) / static_cast<double>(cells);
   table.voxels.resize(cells);

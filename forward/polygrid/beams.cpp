@@ -206,6 +206,11 @@ std::vector<const Beam*> BeamWalks::join(std::span<const ChannelBeams> channels)
 }
 
 void BeamWalks::enter(const Walls& walls, const Beam& beam, Walk& walk) const {
+  if (begins_inside(beam, walls.normal(beam.triangle))) {
+    throw InputError(
+        "model polygrid follows light from outside only; take embedded, montecarlo or auto where a "
+        "light is inside an object");
+  }
   walk.path.emplace(walls, beam);
   walk.place = {};
   walk.steps.clear();

@@ -9,7 +9,8 @@ namespace kappamu::forward {
 
 class LivePolygrid final : public LiveModel {
  public:
-  /// At level 0. What these and the beams' distance leave of the exitance: `kappamu bench polygrid
+  /// At level 0. What these and the beams' distance leave of the exitance: `kappamu-studies
+  /// polygrid
   /// --section frames`.
   static constexpr polygrid::PolygridAccuracy accuracy{
       .linear_tolerance = 2e-2, .beam_remainder = 1e-2, .most_iterations = 100};

@@ -81,12 +81,20 @@ SeenHair seen_by_shells(const HairTexture& texture, double r, const Vector3d& or
     const Vector3d point = origin + way * direction;
     const ShellTexels met = on_shell(texture, point.x(), point.y(), layer, lookup);
     if (met.density <= 0.0) continue;
+    const auto opacity_of = [&](double density) {
+      return opacity(texture, r, density, -direction.z());
+    };
     Array3d light = Array3d::Zero();
+    double hair = 0.0;
     for (std::size_t i = 0; i < 4; ++i) {
-      const double share = met.weight[i] * texture.density[met.texel[i]] / met.density;
+      const double density = texture.density[met.texel[i]];
+      const double share =
+          met.weight[i] * (lookup == Lookup::opacity ? opacity_of(density) : density);
       if (share > 0.0) light += share * radiance(met.texel[i]);
+      hair += share;
     }
-    const double alpha = opacity(texture, r, met.density, -direction.z());
+    light /= hair;
+    const double alpha = lookup == Lookup::opacity ? hair : opacity_of(met.density);
     seen.radiance += seen.transmittance * alpha * light;
     seen.transmittance *= 1.0 - alpha;
   }

@@ -60,9 +60,10 @@ struct SeenHair {
   double transmittance = 1.0;  ///< of the skin's light
 };
 
-/// How a shell is looked up: as the volume is, even within a texel, or smooth between texels, which
-/// looks better and spreads hairs by a texel.
-enum class Lookup { texel, smooth };
+/// How a shell is looked up: as the volume is, even within a texel; smooth between texels, which
+/// looks better and spreads hairs by a texel; or smooth between the texels' opacities, as graphics
+/// cards filter, which spreads them less.
+enum class Lookup { texel, smooth, opacity };
 
 /// A texture's shell at z between texels: weights of four neighbours, their density and the light
 /// of those that hold hair.

@@ -28,15 +28,20 @@ class HairReflectance {
   Eigen::Array3d towards(const Eigen::Vector3d& tangent, const Eigen::Vector3d& light,
                          const Eigen::Vector3d& eye, const Eigen::Array3d& colour) const;
 
+  static constexpr int samples = 64;
+  HairModel model() const { return model_; }
+  double shine() const { return shine_; }
+  /// N over |cos(t,v)|, 0 to 1.
+  const std::array<double, samples + 1>& norms() const { return norm_; }
+
  private:
   Eigen::Array3d lobes(double light, double eye, double azimuth,
                        const Eigen::Array3d& colour) const;
   double norm(double eye) const;
 
-  static constexpr int samples = 64;
   HairModel model_;
   double shine_;
-  std::array<double, samples + 1> norm_{};  ///< over |cos(t,v)|, 0 to 1
+  std::array<double, samples + 1> norm_{};
 };
 
 }  // namespace kappamu::forward::shells

@@ -58,6 +58,17 @@ std::optional<std::string> thin_block(const Medium& medium, const forward::GridS
       paths);
 }
 
+/// Light that leaves the profile along the depth open.
+std::optional<std::string> profile_undetermined(const LayerFreedom& freedom) {
+  const double factor = std::exp(freedom.least_log_mu());
+  if (factor <= defaults::summary::undetermined_factor) return std::nullopt;
+  return formatted(
+      "This light determines mu of no layer better than within a factor of %.2g (one standard "
+      "deviation), because a block of another profile along the depth would show the same. Light "
+      "it by bars or patches, or from the other side.",
+      factor);
+}
+
 }  // namespace
 
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
@@ -172,6 +183,9 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
                            point_spread(prior_metric(*fit.prior, space),
                                         posterior_metric(*fit.prior, space, fit.blocks), space),
                            *fit.prior);
+  fit.freedom = layer_freedom(objective);
+  const auto sentence = profile_undetermined(fit.freedom);
+  if (sentence && !run.context.interim) run.warn(*sentence);
 }
 
 }  // namespace kappamu::inverse

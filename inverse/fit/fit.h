@@ -19,6 +19,7 @@
 #include "core/surface_measurements.h"
 #include "inverse/block_model/block_model.h"
 #include "inverse/block_model/homogeneous.h"
+#include "inverse/block_model/layer_freedom.h"
 #include "inverse/data_checks/consistency.h"
 #include "inverse/data_checks/shared_errors.h"
 #include "inverse/fit/fit_options.h"
@@ -97,6 +98,7 @@ struct ChannelFit {
   std::optional<Prior> prior;
   LateralBlocks blocks;   ///< prior_blocks() at the end; empty where there is no prior
   EvenChange unresolved;  ///< unresolved_structure() at the end
+  LayerFreedom freedom;   ///< layer_freedom() at the end; empty where there is no prior
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/processor_time.h"
@@ -131,13 +132,18 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
 SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit) {
   double contrast = 0.0;
   EvenChange unresolved;
+  LayerFreedom freedom;
   for (const ChannelFit& fit : fits) {
     if (!fit.prior) continue;
+    freedom.widen(fit.freedom);
     contrast = std::max(contrast, contrast_deviation(fit.medium.kappa, lit));
     unresolved.log_kappa = std::max(unresolved.log_kappa, std::abs(fit.unresolved.log_kappa));
     unresolved.log_mu = std::max(unresolved.log_mu, std::abs(fit.unresolved.log_mu));
   }
-  return shared_deviation(contrast, unresolved);
+  SharedDeviation shared = shared_deviation(contrast, unresolved);
+  shared.slice_log_kappa = std::move(freedom.log_kappa);
+  shared.slice_log_mu = std::move(freedom.log_mu);
+  return shared;
 }
 
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDeviation& shared,

@@ -12,9 +12,9 @@
 
 namespace kappamu::inverse {
 
-/// The largest contrast_deviation() and the largest unresolved structure of the volumes serve all:
-/// channels share one material, and light that is absorbed early finds too little of its contrast
-/// (docs/theory.md, 5).
+/// The largest contrast_deviation(), unresolved structure and layer freedom of the volumes serve
+/// all: channels share one material, and light that is absorbed early finds too little of its
+/// contrast (docs/theory.md, 5).
 SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit);
 
 /// Deviations of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `shared`.

@@ -19,7 +19,7 @@ constexpr double least_determinant = 1e-12;
 
 LateralFit fit_lateral(const forward::LateralReflectance& model, const PerFrequency& frequency,
                        const PerFrequency& reflectance, const PerFrequency& deviation,
-                       const LateralCoefficients& start) {
+                       const LateralCoefficients& start, const FarSides& far) {
   const Eigen::Index n = frequency.size();
   check(n >= 2 && n <= most_frequencies, "fit_lateral: two frequencies or more");
   LateralFit fit;
@@ -35,7 +35,8 @@ LateralFit fit_lateral(const forward::LateralReflectance& model, const PerFreque
   for (int step = 0; step < most_steps; ++step) {
     const double mua = std::exp(x[0]), musp = std::exp(x[1]);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const forward::LateralValue value = model(frequency[i], mua, musp);
+      const forward::LateralValue value =
+          seen(model, far[static_cast<std::size_t>(i)], frequency[i], mua, musp);
       const double weight = 1.0 / deviation[i];
       residual[i] = weight * std::log(reflectance[i] / value.reflectance);
       jacobian(i, 0) = weight * mua * value.d_mua / value.reflectance;

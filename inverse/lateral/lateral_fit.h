@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <bitset>
 #include <optional>
 
 #include "core/names.h"
@@ -14,6 +15,9 @@ inline constexpr int most_frequencies = 16;
 /// One number per spatial frequency.
 using PerFrequency = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_frequencies, 1>;
 using Gain = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, most_frequencies>;
+
+/// Which of them are seen from a slab's far side.
+using FarSides = std::bitset<most_frequencies>;
 
 enum class LateralVerdict {
   good,
@@ -40,9 +44,15 @@ struct LateralFit {
 };
 
 /// Weighted least squares in logarithms by Gauss-Newton. `reflectance` and `deviation` (standard,
-/// relative, > 0) per frequency [1/mm].
+/// relative, > 0) per frequency [1/mm]; a frequency may be there twice, from both sides.
 LateralFit fit_lateral(const forward::LateralReflectance& model, const PerFrequency& frequency,
                        const PerFrequency& reflectance, const PerFrequency& deviation,
-                       const LateralCoefficients& start);
+                       const LateralCoefficients& start, const FarSides& far = {});
+
+/// Reflectance, or transmittance where the side is the far one.
+inline forward::LateralValue seen(const forward::LateralReflectance& model, bool far,
+                                  double frequency, double mua, double musp) {
+  return far ? model.transmittance(frequency, mua, musp) : model(frequency, mua, musp);
+}
 
 }  // namespace kappamu::inverse

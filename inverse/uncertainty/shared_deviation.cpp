@@ -26,6 +26,14 @@ struct Spread {
 
 }  // namespace
 
+double SharedDeviation::kappa_at(std::size_t slice) const {
+  return slice_log_kappa.empty() ? log_kappa : std::max(log_kappa, slice_log_kappa.at(slice));
+}
+
+double SharedDeviation::mu_at(std::size_t slice) const {
+  return slice_log_mu.empty() ? log_mu : std::max(log_mu, slice_log_mu.at(slice));
+}
+
 double contrast_deviation(const Volume<double>& kappa, Face lit) {
   const GridShape& shape = kappa.shape();
   const FaceShape face = face_shape(shape, lit);

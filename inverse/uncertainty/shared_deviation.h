@@ -5,6 +5,9 @@
 // Unresolved structure adds to it (unresolved_structure.h; docs/theory.md, 5).
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "core/grid.h"
 #include "inverse/uncertainty/unresolved_structure.h"
 
@@ -14,6 +17,11 @@ namespace kappamu::inverse {
 struct SharedDeviation {
   double log_kappa = 0.0;
   double log_mu = 0.0;
+  /// What a slice along the depth axis has at least; empty: nothing.
+  std::vector<double> slice_log_kappa{}, slice_log_mu{};
+
+  double kappa_at(std::size_t slice) const;
+  double mu_at(std::size_t slice) const;
 };
 
 /// Standard deviation of log κ along the weakly determined direction, from the contrast of a fitted

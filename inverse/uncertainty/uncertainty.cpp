@@ -86,15 +86,19 @@ Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, F
   const CoefficientPair posterior = distributed(even.variance, beforehand, sensitivity, space);
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
+  const std::size_t stride = space.depth_axis == 0   ? 1
+                             : space.depth_axis == 1 ? shape.index(0, 1, 0)
+                                                     : shape.index(0, 0, 1);
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     const auto add = [&](double variance, double prior_value, double beside,
                          Volume<float>& deviation, Volume<float>& resolution) {
       deviation[i] = static_cast<float>(std::hypot(std::sqrt(variance), beside));
       resolution[i] = static_cast<float>(std::clamp(1.0 - variance / prior_value, 0.0, 1.0));
     };
-    add(posterior.log_kappa[i], beforehand.log_kappa[i], shared.log_kappa, found.log_kappa_std,
-        found.kappa_resolution);
-    add(posterior.log_mu[i], beforehand.log_mu[i], shared.log_mu, found.log_mu_std,
+    const std::size_t slice = i / stride % static_cast<std::size_t>(space.depth());
+    add(posterior.log_kappa[i], beforehand.log_kappa[i], shared.kappa_at(slice),
+        found.log_kappa_std, found.kappa_resolution);
+    add(posterior.log_mu[i], beforehand.log_mu[i], shared.mu_at(slice), found.log_mu_std,
         found.mu_resolution);
     found.correlation[i] = static_cast<float>(
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void decode_exr(const fs::path& file, std::vector<std::byte>& bytes, const OpenExr& open,
-                const SizeCheck& expected) {
+void decode_exr(const fs::path& file, std::span<std::byte> bytes, const OpenExr& open,
+                const SizeCheck& expected, const ChooseStep& step = {}) {
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
   if (image_kind(bytes) != ImageKind::exr) fail("not an EXR file");
   OiioInput input(file, bytes);
@@ -48,21 +48,23 @@ void decode_exr(const fs::path& file, std::vector<std::byte>& bytes, const OpenE
     }
   }
   const TakeExrRows take = open(header);
-  const bool whole = input.read(OIIO::TypeFloat, [&](int first, int rows, const std::byte* pixels) {
+  const auto take_rows = [&](int first, int rows, const std::byte* pixels) {
     take(first, rows, reinterpret_cast<const float*>(pixels));
-  });
+  };
+  const int every = step ? step(header) : 1;
+  const bool whole = every > 1 ? input.read_some(OIIO::TypeFloat, take_rows, every)
+                               : input.read(OIIO::TypeFloat, take_rows);
   if (!whole) fail("truncated or damaged EXR file; write or copy it again");
 }
 
 /// Whether the bytes hold what was to be written.
-bool holds(const fs::path& file, std::span<const std::byte> encoded, const ExrHeader& header,
+bool holds(const fs::path& file, std::span<std::byte> encoded, const ExrHeader& header,
            const FillExrRows& fill) {
-  std::vector<std::byte> bytes(encoded.begin(), encoded.end());
   bool equal = true;
   std::vector<float> expected;
   std::vector<std::size_t> place;  // of the written channels in the header: OpenImageIO sorts them
   const std::size_t channels = header.channels.size();
-  decode_exr(file, bytes,
+  decode_exr(file, encoded,
              [&](const ExrHeader& written) -> TakeExrRows {
                for (const std::string& name : written.channels) {
                  const auto found = std::find(header.channels.begin(), header.channels.end(), name);
@@ -95,9 +97,10 @@ bool holds(const fs::path& file, std::span<const std::byte> encoded, const ExrHe
 
 }  // namespace
 
-void read_exr_rows(const fs::path& file, const OpenExr& open, const SizeCheck& expected) {
+void read_exr_rows(const fs::path& file, const OpenExr& open, const SizeCheck& expected,
+                   const ChooseStep& step) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
-  decode_exr(file, bytes, open, expected);
+  decode_exr(file, bytes, open, expected, step);
 }
 
 ExrImage read_exr(const fs::path& file, const SizeCheck& expected) {
@@ -147,14 +150,14 @@ void write_exr_rows(const fs::path& file, const ExrHeader& header, const FillExr
   spec.attribute("compression", packing == ExrPacking::zip ? "zip" : "rle");
   spec.attribute("DateTime", "");  // else the present time: equal images, equal bytes
   for (const auto& [name, text] : header.attributes) spec.attribute(name, text);
-  const auto bytes = encode_image(
+  auto bytes = encode_image(
       "openexr", spec,
       [&](int first, int rows, std::byte* pixels) {
         fill(first, rows, reinterpret_cast<float*>(pixels));
       },
       file.string());
   // Where an allocation fails, OpenEXR leaves out scan lines and attributes without a word.
-  const auto encoded = std::as_bytes(std::span(bytes));
+  const auto encoded = std::as_writable_bytes(std::span(bytes));
   // The empty date is an attribute too, which is not read back.
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const bool dated = text.find("capDate") != std::string_view::npos;

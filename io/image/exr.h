@@ -28,6 +28,9 @@ using TakeExrRows = std::function<void(int first, int rows, const float* values)
 using FillExrRows = std::function<void(int first, int rows, float* values)>;
 /// Sees the header before the rows and gives what takes them.
 using OpenExr = std::function<TakeExrRows(const ExrHeader& header)>;
+/// Sees the header and says that every so many rows alone are wanted, from the first on: the others
+/// are not decoded where the file is packed row by row, as by runs.
+using ChooseStep = std::function<int(const ExrHeader& header)>;
 
 struct ExrImage {
   int width = 0;                                       ///< [px]
@@ -40,7 +43,7 @@ struct ExrImage {
 /// missing, truncated, deep, has subsampled channels, or a data window beyond its display window.
 /// `expected` sees the display window's size before anything makes room for it.
 void read_exr_rows(const std::filesystem::path& file, const OpenExr& open,
-                   const SizeCheck& expected = {});
+                   const SizeCheck& expected = {}, const ChooseStep& step = {});
 
 /// The same as a whole; throws InputError for a cropped one too (another data window).
 ExrImage read_exr(const std::filesystem::path& file, const SizeCheck& expected = {});

@@ -32,8 +32,8 @@ PngPixels png_pixels(const Image<Code>& image) {
           static_cast<int>(8 * sizeof(Code))};
 }
 
-/// For camera frames: noise hardly compresses, and looking for runs only is a third faster than
-/// zlib's default search and gives smaller files (measured on 16-bit frames with shot noise).
+/// For camera frames: noise hardly compresses, and looking for runs only is faster than zlib's
+/// default search and gives smaller files (measured on 16-bit frames with shot noise).
 template <class Code>
 std::vector<unsigned char> encode_frame_png(const Image<Code>& image) {
   return write_png(png_pixels(image), PngEffort::fast);

@@ -76,6 +76,11 @@ std::optional<std::uint64_t> walk_jpeg(Bytes bytes, const Visit& visit) {
   return bytes.size();
 }
 
+/// 0xC0 to 0xCF, but for 4, 8 and 12, which are tables.
+bool starts_frame(std::uint64_t marker) {
+  return marker >= 0xC0 && marker <= 0xCF && (marker % 4 != 0 || marker == 0xC0);
+}
+
 /// An end-of-image marker behind the beginning of the first scan: coded data never contain one.
 Integrity check_jpeg(Bytes bytes) {
   constexpr std::byte end_of_image{0xD9};
@@ -85,6 +90,33 @@ Integrity check_jpeg(Bytes bytes) {
     if (bytes[at] == std::byte{0xFF} && bytes[at + 1] == end_of_image) return Integrity::complete;
   }
   return Integrity::truncated;
+}
+
+/// File header of 14 bytes, information header of 40 or more, palette, rows (Windows
+/// BITMAPFILEHEADER and BITMAPINFOHEADER to BITMAPV5HEADER). Of 8 bits with a palette, 24 or 32
+/// bits.
+Integrity check_bmp(Bytes bytes) {
+  constexpr std::uint64_t header = 14, information = 40, most_colours = 256;
+  constexpr std::int64_t largest_side = 1 << 16;
+  if (bytes.size() < header + information) return Integrity::truncated;
+  const auto at = [&](std::uint64_t place, std::size_t size) {
+    return number(bytes, place, size, std::endian::little);
+  };
+  const auto side = [&](std::uint64_t place) {  // rows from the top are a negative height
+    return std::abs(std::int64_t{static_cast<std::int32_t>(at(place, 4))});
+  };
+  const std::uint64_t begin = at(10, 4), bits = at(28, 2), compression = at(30, 4);
+  const std::int64_t width = side(18), height = side(22);
+  const bool plain = compression == 0 || (compression == 3 && bits == 32);
+  if (at(14, 4) < information || at(26, 2) != 1 || !plain ||
+      (bits != 8 && bits != 24 && bits != 32) || at(46, 4) > most_colours || width < 1 ||
+      height < 1 || width > largest_side || height > largest_side) {
+    return Integrity::damaged;
+  }
+  const std::uint64_t row = (static_cast<std::uint64_t>(width) * bits + 31) / 32 * 4;
+  const std::uint64_t pixels = row * static_cast<std::uint64_t>(height);
+  return begin <= bytes.size() && pixels <= bytes.size() - begin ? Integrity::complete
+                                                                 : Integrity::truncated;
 }
 
 struct TiffFormat {
@@ -154,6 +186,7 @@ ImageKind image_kind(Bytes bytes) {
   if (starts_with(bytes, "\x89PNG\r\n\x1a\n", 8)) return ImageKind::png;
   if (starts_with(bytes, "II", 2) || starts_with(bytes, "MM", 2)) return ImageKind::tiff;
   if (starts_with(bytes, "\xFF\xD8\xFF", 3)) return ImageKind::jpeg;
+  if (starts_with(bytes, "BM", 2)) return ImageKind::bmp;
   if (starts_with(bytes, "\x76\x2f\x31\x01", 4)) return ImageKind::exr;
   if (starts_with(bytes, "#?", 2)) return ImageKind::radiance;
   return ImageKind::unknown;
@@ -167,6 +200,8 @@ const char* to_string(ImageKind kind) {
       return "TIFF";
     case ImageKind::jpeg:
       return "JPEG";
+    case ImageKind::bmp:
+      return "BMP";
     case ImageKind::exr:
       return "EXR";
     case ImageKind::radiance:
@@ -182,6 +217,8 @@ Integrity check_integrity(Bytes bytes) {
       return check_png(bytes);
     case ImageKind::jpeg:
       return check_jpeg(bytes);
+    case ImageKind::bmp:
+      return check_bmp(bytes);
     case ImageKind::tiff:
       return check_tiff(bytes);
     default:
@@ -219,12 +256,20 @@ std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
   return {};
 }
 
+std::optional<int> jpeg_process(Bytes bytes) {
+  std::optional<int> process;
+  if (image_kind(bytes) != ImageKind::jpeg) return process;
+  walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t) {
+    if (!process && starts_frame(marker)) process = static_cast<int>(marker - 0xC0);
+  });
+  return process;
+}
+
 std::optional<ImageSize> jpeg_size(Bytes bytes) {
   std::optional<ImageSize> size;
   if (image_kind(bytes) != ImageKind::jpeg) return size;
   walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t at) {
-    // Start of frame: 0xC0 to 0xCF, but for 4, 8 and 12, which are tables.
-    if (marker > 0xCF || (marker % 4 == 0 && marker != 0xC0) || at + 10 > bytes.size()) return;
+    if (!starts_frame(marker) || at + 10 > bytes.size()) return;
     size = {static_cast<int>(number(bytes, at + 7, 2, std::endian::big)),
             static_cast<int>(number(bytes, at + 5, 2, std::endian::big)),
             static_cast<int>(number(bytes, at + 9, 1, std::endian::big)),

@@ -11,7 +11,7 @@
 
 namespace kappamu::io {
 
-enum class ImageKind { png, tiff, jpeg, exr, radiance, unknown };
+enum class ImageKind { png, tiff, jpeg, bmp, exr, radiance, unknown };
 
 /// Recognises the format by its first bytes.
 ImageKind image_kind(std::span<const std::byte> bytes);
@@ -25,12 +25,17 @@ enum class Integrity { complete, truncated, damaged };
 /// OpenImageIO stops at the last row, checks nothing behind it, and inflates every text to 8 MB.
 /// JPEG: the end marker; libjpeg misses it only where it cuts into the picture. TIFF: the entries
 /// of each page's directory and of the EXIF directory hold no more than the file; libtiff makes
-/// room for the same bytes once per entry, 12 GB from a file of 1.6 MB.
+/// room for the same bytes once per entry, 12 GB from a file of 1.6 MB. BMP: as many rows as its
+/// header claims, uncompressed; OpenImageIO makes room for the header's claims and reads no fewer.
 Integrity check_integrity(std::span<const std::byte> bytes);
 
 /// Width, height, channels and bits of a JPEG: of progressive ones libjpeg decodes all while it
 /// opens them. Nothing where there is no frame header, and of other formats.
 std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes);
+
+/// Which of JPEG's processes coded it (0: baseline DCT, 3: lossless, ITU-T T.81 table B.1); nothing
+/// where there is no frame header, and of other formats.
+std::optional<int> jpeg_process(std::span<const std::byte> bytes);
 
 /// A number, the first of several, of a TIFF's first directory, where TIFF/EP has what EXIF has in
 /// a directory of its own; nothing where it has no such tag of type short, long or (signed)

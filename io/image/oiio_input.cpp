@@ -20,6 +20,8 @@ const char* reader_of(ImageKind kind) {
       return "tiff";
     case ImageKind::jpeg:
       return "jpeg";
+    case ImageKind::bmp:
+      return "bmp";
     case ImageKind::exr:
       return "openexr";
     case ImageKind::radiance:
@@ -45,10 +47,10 @@ std::size_t OiioInput::Memory::pread(void* buffer, std::size_t size, std::int64_
   return taken;
 }
 
-OiioInput::OiioInput(const std::filesystem::path& file, std::vector<std::byte>& bytes)
+OiioInput::OiioInput(const std::filesystem::path& file, std::span<std::byte> bytes)
     : memory_(bytes.data(), bytes.size()),
       input_(OIIO::ImageInput::create(reader_of(image_kind(bytes)))) {
-  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG, EXR or Radiance");
+  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG, BMP, EXR or Radiance");
   if (!holds_exr_header(bytes)) return;
   hide_photoshop_segments(bytes);
   OIIO::ImageSpec spec;
@@ -106,6 +108,36 @@ bool OiioInput::read(OIIO::TypeDesc format, const TakeRows& take, std::optional<
     return false;
   }
   return !input_->has_error();  // libjpeg goes on with grey where data are missing, and warns
+}
+
+bool OiioInput::read_some(OIIO::TypeDesc format, const TakeRows& take, int every) {
+  const OIIO::ImageSpec& image = spec();
+  if (image.tile_width > 0) {
+    return read(format, [&](int first, int rows, const std::byte* pixels) {
+      const std::size_t row_bytes = static_cast<std::size_t>(image.width) *
+                                    static_cast<std::size_t>(image.nchannels) * format.size();
+      for (int row = 0; row < rows; ++row) {
+        if ((first + row) % every == 0)
+          take(first + row, 1, pixels + static_cast<std::size_t>(row) * row_bytes);
+      }
+    });
+  }
+  std::vector<std::byte> pixels(static_cast<std::size_t>(image.width) *
+                                static_cast<std::size_t>(image.nchannels) * format.size());
+  input_->geterror();  // of a part that was looked for
+  try {
+    for (int y = 0; y < image.height; y += every) {
+      const int begin = image.y + y;
+      if (!input_->read_scanlines(part_, 0, begin, begin + 1, 0, 0, image.nchannels, format,
+                                  pixels.data())) {
+        return false;
+      }
+      take(y, 1, pixels.data());
+    }
+  } catch (const std::exception&) {
+    return false;
+  }
+  return !input_->has_error();
 }
 
 namespace {

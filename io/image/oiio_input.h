@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,7 @@ class OiioInput {
  public:
   /// Opens by the reader of the bytes' own format, never by whichever of OpenImageIO's thirty takes
   /// them. `bytes` must outlive this.
-  OiioInput(const std::filesystem::path& file, std::vector<std::byte>& bytes);
+  OiioInput(const std::filesystem::path& file, std::span<std::byte> bytes);
   ~OiioInput();
   OiioInput(const OiioInput&) = delete;
   OiioInput& operator=(const OiioInput&) = delete;
@@ -38,6 +39,8 @@ class OiioInput {
   using TakeRows = std::function<void(int first, int rows, const std::byte* pixels)>;
   bool read(OIIO::TypeDesc format, const TakeRows& take,
             std::optional<int> wanted_rows = std::nullopt);
+  /// One row of every so many, from the first on, of a picture without tiles.
+  bool read_some(OIIO::TypeDesc format, const TakeRows& take, int every);
 
  private:
   /// OpenImageIO's own reads before and behind the bytes where a file tells it to.

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
+#include "io/image/tiff_pages.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -26,8 +27,9 @@ namespace {
                    "plain PNG or TIFF");
 }
 
-/// Goes to the picture's page among previews and masks (NewSubfileType, TIFF 6.0, section 8).
-void select_page(OiioInput& input, const fs::path& file) {
+/// The pages that are neither previews nor masks (NewSubfileType, TIFF 6.0, section 8); of a single
+/// page that one.
+std::vector<int> full_pages(OiioInput& input, const fs::path& file) {
   constexpr int reduced = 1, mask = 4;
   std::vector<int> full;
   int pages = 0;
@@ -35,14 +37,25 @@ void select_page(OiioInput& input, const fs::path& file) {
     const int type = input.spec().get_int_attribute("tiff:subfiletype", 0);
     if ((type & (reduced | mask)) == 0) full.push_back(pages);
   }
-  if (full.size() > 1) {
-    reject(file, "holds " + std::to_string(full.size()) +
-                     " full pictures (pages); save the one that is meant as a file of its own");
-  }
   if (full.empty() && pages > 1) {
     reject(file, "holds previews and masks only; save the full picture");
   }
-  input.select(full.empty() ? 0 : full.front());
+  if (full.empty()) full.push_back(0);
+  return full;
+}
+
+/// Goes to page `page` of the full ones; without one, to the only one.
+void select_page(OiioInput& input, const fs::path& file, std::optional<std::size_t> page = {}) {
+  const std::vector<int> full = full_pages(input, file);
+  if (!page && full.size() > 1) {
+    reject(file, "holds " + std::to_string(full.size()) +
+                     " full pictures (pages); save the one that is meant as a file of its own");
+  }
+  if (page && *page >= full.size()) {
+    reject(file, "has pages 0 to " + std::to_string(full.size() - 1) + ", no page " +
+                     std::to_string(*page));
+  }
+  input.select(full[page.value_or(0)]);
 }
 
 /// Throws where the file's values are something else than grey or R, G, B: OpenImageIO converts
@@ -94,18 +107,24 @@ int bits_of(const OIIO::ImageSpec& spec, const fs::path& file) {
                    " bits; save it with 8 or 16 bits per channel, without sign");
 }
 
-/// Values of the opened picture, of the channels that are colours; of `part` alone, where given.
-template <class Value>
-Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
-                         const std::optional<Region>& part = {}) {
+/// Hands over the rows of the opened picture, of the channels that are colours; of `part` alone,
+/// where given.
+template <class Value, class TakeRow>
+void read_rows(OiioInput& input, const fs::path& file, ImageKind kind,
+               const std::optional<Region>& part, const TakeRow& take_row) {
   const OIIO::ImageSpec& spec = input.spec();
   const auto stored = static_cast<std::size_t>(spec.nchannels);
   const Region wanted = part.value_or(Region{0, 0, spec.width, spec.height});
-  Image<Value> image(wanted.width, wanted.height, colours(spec));
-  const auto kept = static_cast<std::size_t>(image.channels());
+  const auto kept = static_cast<std::size_t>(colours(spec));
   // 8-bit codes keep their values: OpenImageIO scales where it converts.
   const bool bytes = std::is_integral_v<Value> && spec.format == OIIO::TypeUInt8;
-  const auto copy = [&]<class Stored>(const Stored* from, Value* to) {
+  std::vector<Value> values(static_cast<std::size_t>(wanted.width) * kept);
+  const auto copy = [&]<class Stored>(const Stored* from) {
+    if (stored == kept) {
+      std::copy_n(from, values.size(), values.data());
+      return;
+    }
+    Value* to = values.data();
     for (int x = 0; x < wanted.width; ++x, from += stored, to += kept) std::copy_n(from, kept, to);
   };
   const auto take = [&](int first, int rows, const std::byte* from) {
@@ -113,17 +132,29 @@ Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
          ++row) {
       const std::size_t at =
           (static_cast<std::size_t>(row - first) * spec.width + wanted.left) * stored;
-      Value* to = &image(0, row - wanted.top);
       if (bytes) {
-        copy(reinterpret_cast<const std::uint8_t*>(from) + at, to);
+        copy(reinterpret_cast<const std::uint8_t*>(from) + at);
       } else {
-        copy(reinterpret_cast<const Value*>(from) + at, to);
+        copy(reinterpret_cast<const Value*>(from) + at);
       }
+      take_row(row - wanted.top, values.data());
     }
   };
   const OIIO::TypeDesc format =
       bytes ? OIIO::TypeUInt8 : OIIO::TypeDesc(OIIO::BaseTypeFromC<Value>::value);
   if (!input.read(format, take, wanted.bottom())) reject_undecoded(file, kind);
+}
+
+template <class Value>
+Image<Value> read_values(OiioInput& input, const fs::path& file, ImageKind kind,
+                         const std::optional<Region>& part = {}) {
+  const OIIO::ImageSpec& spec = input.spec();
+  Image<Value> image(part ? part->width : spec.width, part ? part->height : spec.height,
+                     colours(spec));
+  const std::size_t row =
+      static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.channels());
+  read_rows<Value>(input, file, kind, part,
+                   [&](int y, const Value* values) { std::copy_n(values, row, &image(0, y)); });
   return image;
 }
 
@@ -139,22 +170,22 @@ void check_extent(const OIIO::ImageSpec& spec, const fs::path& file, std::size_t
 void check_structure(std::span<const std::byte> bytes, const fs::path& file, ImageKind kind) {
   const Integrity integrity = check_integrity(bytes);
   if (integrity == Integrity::complete) return;
+  if (kind == ImageKind::bmp && integrity == Integrity::damaged) reject_undecoded(file, kind);
   reject(file, std::string(integrity == Integrity::truncated ? "truncated " : "damaged ") +
                    to_string(kind) + " image; copy or photograph it again");
 }
 
-}  // namespace
-
-CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
-                       const std::optional<Region>& part) {
+/// Calls act(input, kind, bits of a code) with the opened picture of codes.
+template <class Act>
+auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   if (bytes.empty()) reject(file, "the file is empty");
   if (kind == ImageKind::unknown) {
-    reject(file, "not a PNG, TIFF or JPEG image; convert it to one of them");
+    reject(file, "not a PNG, TIFF, JPEG or BMP image; convert it to one of them");
   }
   if (kind == ImageKind::exr || kind == ImageKind::radiance) {
-    reject(file, std::string("not a PNG, TIFF or JPEG image but ") + to_string(kind) +
+    reject(file, std::string("not a PNG, TIFF, JPEG or BMP image but ") + to_string(kind) +
                      "; give it that format's ending");
   }
   check_structure(bytes, file, kind);
@@ -173,7 +204,23 @@ CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
   check_channels(input.spec(), file);
   const int bits = bits_of(input.spec(), file);
   check_extent(input.spec(), file, bytes.size(), bits, expected);
-  return {read_values<std::uint16_t>(input, file, kind, part), bits};
+  return act(input, kind, bits);
+}
+
+}  // namespace
+
+CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
+                       const std::optional<Region>& part) {
+  return with_codes(file, expected, [&](OiioInput& input, ImageKind kind, int bits) {
+    return CodePicture{read_values<std::uint16_t>(input, file, kind, part), bits};
+  });
+}
+
+void read_code_rows(const fs::path& file, const SizeCheck& expected,
+                    const std::optional<Region>& part, const TakeCodeRow& take) {
+  with_codes(file, expected, [&](OiioInput& input, ImageKind kind, int) {
+    read_rows<std::uint16_t>(input, file, kind, part, take);
+  });
 }
 
 bool is_float_tiff(std::span<const std::byte> bytes) {
@@ -182,12 +229,11 @@ bool is_float_tiff(std::span<const std::byte> bytes) {
   return tiff_number(bytes, sample_format) == floats;
 }
 
-Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& bytes,
-                              const SizeCheck& expected) {
-  check_structure(bytes, file, ImageKind::tiff);
-  OiioInput input(file, bytes);
-  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-  select_page(input, file);
+namespace {
+
+/// Floats of the selected page.
+Image<float> selected_floats(OiioInput& input, const fs::path& file, std::size_t bytes,
+                             const SizeCheck& expected) {
   check_colours(input.spec(), file);
   check_channels(input.spec(), file);
   if (!input.spec().format.is_floating_point()) {
@@ -197,8 +243,47 @@ Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& byte
   if (input.spec().format == OIIO::TypeDesc::DOUBLE) {
     reject(file, "holds floats of 64 bits; save it with 32");
   }
-  check_extent(input.spec(), file, bytes.size(), 0, expected);
+  check_extent(input.spec(), file, bytes, 0, expected);
   return read_values<float>(input, file, ImageKind::tiff);
+}
+
+}  // namespace
+
+Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& bytes,
+                              const SizeCheck& expected) {
+  check_structure(bytes, file, ImageKind::tiff);
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+  select_page(input, file);
+  return selected_floats(input, file, bytes.size(), expected);
+}
+
+std::size_t count_tiff_pages(const fs::path& file) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  if (image_kind(bytes) != ImageKind::tiff) reject(file, "is no TIFF file; save it as one");
+  check_structure(bytes, file, ImageKind::tiff);
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+  return full_pages(input, file).size();
+}
+
+Image<float> read_tiff_page(const fs::path& file, std::size_t page) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  if (image_kind(bytes) != ImageKind::tiff) reject(file, "is no TIFF file; save it as one");
+  check_structure(bytes, file, ImageKind::tiff);
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+  select_page(input, file, page);
+  if (input.spec().format.is_floating_point()) {
+    return selected_floats(input, file, bytes.size(), {});
+  }
+  check_colours(input.spec(), file);
+  check_channels(input.spec(), file);
+  check_extent(input.spec(), file, bytes.size(), bits_of(input.spec(), file), {});
+  const auto codes = read_values<std::uint16_t>(input, file, ImageKind::tiff);
+  Image<float> picture(codes.width(), codes.height(), codes.channels());
+  std::copy(codes.values().begin(), codes.values().end(), picture.values().begin());
+  return picture;
 }
 
 }  // namespace kappamu::io

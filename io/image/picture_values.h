@@ -1,10 +1,11 @@
-// Values of PNG, TIFF and JPEG pictures as they are stored: one page, grey or R, G, B, alpha
+// Values of PNG, TIFF, JPEG and BMP pictures as they are stored: one page, grey or R, G, B, alpha
 // dropped.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,6 +24,13 @@ struct CodePicture {
 /// Of `part` alone, where one is wanted. Throws as read_code_image() (image_file.h).
 CodePicture read_codes(const std::filesystem::path& file, const SizeCheck& expected,
                        const std::optional<Region>& part = {});
+
+/// One row of codes, [x][channel], rows in order from `y` = 0 of the part on.
+using TakeCodeRow = std::function<void(int y, const std::uint16_t* codes)>;
+
+/// As read_codes(), row by row, without a picture of them. Rows before a damage are handed over.
+void read_code_rows(const std::filesystem::path& file, const SizeCheck& expected,
+                    const std::optional<Region>& part, const TakeCodeRow& take);
 
 /// Whether a TIFF's first page holds floats (SampleFormat; TIFF 6.0, section 19).
 bool is_float_tiff(std::span<const std::byte> bytes);

@@ -1,6 +1,6 @@
-// PNG files by libpng itself. OpenImageIO's writer passes libpng no error handler: where an
-// allocation fails libpng prints a line of its own, jumps to where a function has already returned,
-// or leaves a file without its end and says nothing.
+// PNG files by libpng itself, those of camera frames by strips on all cores. OpenImageIO's writer
+// passes libpng no error handler: where an allocation fails libpng prints a line of its own, jumps
+// to where a function has already returned, or leaves a file without its end and says nothing.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct PngPixels {
 
 enum class PngEffort {
   small,  ///< zlib's defaults
-  fast    ///< for noisy frames: differences along rows, runs only
+  fast    ///< for noisy frames: differences along rows, ISA-L's fast search
 };
 
 /// Throws std::bad_alloc where memory ends, the one way in which writing into memory fails.

@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "io/image/image_integrity.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -100,6 +103,38 @@ bool has_plain_tiles(LibRaw& raw) {
          data.tile_width < raw.imgdata.sizes.raw_width;
 }
 
+/// Whether one of the JPEG streams that LibRaw decodes as lossless (compression 7) is coded
+/// otherwise: of cosine transforms it makes codes that no sensor gave.
+bool has_lossy_jpeg(LibRaw& raw, std::span<const std::byte> bytes) {
+  constexpr int lossless = 3;
+  libraw_decoder_info_t decoder{};
+  raw.get_decoder_info(&decoder);
+  if (decoder.decoder_name != std::string("lossless_dng_load_raw()")) return false;
+  const auto lossy_at = [&](std::uint64_t at) {
+    return at < bytes.size() && jpeg_process(bytes.subspan(at)).value_or(lossless) != lossless;
+  };
+  const auto& internal = *raw.get_internal_data_pointer();
+  const auto& data = internal.unpacker_data;
+  const auto first = static_cast<std::uint64_t>(data.data_offset);
+  const auto parts = [](unsigned size, unsigned part) { return (size + part - 1) / part; };
+  const libraw_image_sizes_t& sizes = raw.imgdata.sizes;
+  if (data.tile_length == 0 || data.tile_width == 0 || data.tile_length >= INT_MAX) {
+    return lossy_at(first);
+  }
+  // Then the tiles' places are there.
+  const std::uint64_t tiles = std::uint64_t{parts(sizes.raw_width, data.tile_width)} *
+                              parts(sizes.raw_height, data.tile_length);
+  const bool little = data.order == 0x4949;
+  for (std::uint64_t at = first; at < first + 4 * tiles && at + 4 <= bytes.size(); at += 4) {
+    std::uint64_t place = 0;
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      place = place << 8 | std::to_integer<std::uint64_t>(bytes[little ? at + 3 - i : at + i]);
+    }
+    if (lossy_at(place)) return true;
+  }
+  return false;
+}
+
 /// Nothing of a sensor without colour filters.
 std::optional<BayerLayout> layout_of(LibRaw& raw, const fs::path& file) {
   // Below 1000 LibRaw codes other things than a 2 x 2 pattern (0: none, 9: X-Trans).
@@ -151,6 +186,11 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
   check_size(file, {sizes.raw_width, sizes.raw_height, 1}, bytes.size(), {});  // with its margins
   if (has_plain_tiles(raw)) {
     fail(file, "a DNG of uncompressed tiles; compress it, or convert it to linear TIFF or EXR");
+  }
+  if (has_lossy_jpeg(raw, bytes)) {
+    fail(file,
+         "holds lossy JPEG (not that of SOF3), whose codes are not the sensor's; convert it to a "
+         "lossless DNG, or to linear TIFF or EXR");
   }
   status = raw.unpack();
   if (status != LIBRAW_SUCCESS || damaged) {

@@ -10,6 +10,7 @@
 
 #include "core/image.h"
 #include "core/names.h"
+#include "core/shown_text.h"
 #include "inverse/lateral/lateral_fit.h"
 
 namespace kappamu::pipeline::sfdi {
@@ -18,8 +19,9 @@ namespace kappamu::pipeline::sfdi {
 inline constexpr float not_valid = std::numeric_limits<float>::quiet_NaN();
 
 /// Where deviations come from.
-enum class Part { noise, pictures, phantom, medium, table };
-inline constexpr Names<Part, 5> part_names{{{"noise", Part::noise},
+enum class Part { noise, detail, pictures, phantom, medium, table };
+inline constexpr Names<Part, 6> part_names{{{"noise", Part::noise},
+                                            {"detail", Part::detail},
                                             {"pictures", Part::pictures},
                                             {"phantom", Part::phantom},
                                             {"medium", Part::medium},
@@ -44,6 +46,7 @@ struct RegionMean {
 
 struct WavelengthMap {
   double wavelength_nm = 0.0;
+  std::string name;                            ///< of a camera's channel instead, "R"; else empty
   Image<float> mua, musp;                      ///< [1/mm]; not a number where not valid
   Image<float> mua_deviation, musp_deviation;  ///< standard [1/mm]
   Image<float> kappa, kappa_deviation;         ///< κ = 1/(3(μa + σs')) [mm]
@@ -52,6 +55,11 @@ struct WavelengthMap {
   std::array<std::array<double, 2>, part_names.size()> parts{};  ///< median, relative: μa, σs'
   std::vector<LightCheck> checks;
   std::optional<RegionMean> region;
+
+  /// "660 nm", or "R": in sentences.
+  std::string label() const { return name.empty() ? shown_number(wavelength_nm) + " nm" : name; }
+  /// "nm660", or "R": in names of channels.
+  std::string key() const { return name.empty() ? "nm" + shown_number(wavelength_nm) : name; }
 };
 
 /// A quantity by pixel that all wavelengths together give; not a number where one is not valid.

@@ -13,9 +13,9 @@ namespace {
 using inverse::LateralCoefficients;
 using inverse::PerFrequency;
 
-/// Linear between the phantom's wavelengths; throws InputError outside them.
-PhantomRow phantom_at(const Description& d, double wavelength_nm) {
-  std::vector<PhantomRow> rows = d.reference->coefficients;
+/// Linear between the wavelengths; throws InputError outside them.
+PhantomRow row_at(std::vector<PhantomRow> rows, double wavelength_nm, const std::string& file,
+                  const char* field) {
   std::sort(rows.begin(), rows.end(), [](const PhantomRow& a, const PhantomRow& b) {
     return a.wavelength_nm < b.wavelength_nm;
   });
@@ -24,7 +24,7 @@ PhantomRow phantom_at(const Description& d, double wavelength_nm) {
   });
   if (above != rows.end() && above->wavelength_nm == wavelength_nm) return *above;
   if (above == rows.begin() || above == rows.end()) {
-    throw InputError((d.folder / file_name).string() + ": reference.coefficients reach from " +
+    throw InputError(file + ": " + field + ".coefficients reach from " +
                      shown_number(rows.front().wavelength_nm) + " to " +
                      shown_number(rows.back().wavelength_nm) + " nm; add " +
                      shown_number(wavelength_nm) + " nm");
@@ -44,10 +44,6 @@ PhantomRow phantom_at(const Description& d, double wavelength_nm) {
   return row;
 }
 
-forward::LateralMedium lateral(const Medium& medium) {
-  return {medium.refractive_index, medium.anisotropy, medium.thickness_mm};
-}
-
 /// `value` one deviation up, or down where the table ends.
 double shifted_by(double value, double deviation, double largest) {
   return value + deviation <= largest ? value + deviation : value - deviation;
@@ -55,34 +51,76 @@ double shifted_by(double value, double deviation, double largest) {
 
 }  // namespace
 
-Models::Models(const Medium& medium) : stated(lateral(medium)) {
+namespace {
+
+forward::LateralMedium lateral(const Medium& medium, double wavelength_nm, const std::string& file,
+                               std::array<double, 2>& layer_deviation) {
+  forward::LateralMedium result{medium.refractive_index, medium.anisotropy, medium.thickness_mm,
+                                medium.slide_index};
+  const auto known = [&](const Layer& layer, const char* field) {
+    const PhantomRow row = row_at(layer.coefficients, wavelength_nm, file, field);
+    layer_deviation = row.relative_deviation.value_or(std::array<double, 2>{});
+    return forward::LateralLayer{row.absorption_per_mm, row.reduced_scattering_per_mm};
+  };
+  if (medium.cover) {
+    result.cover =
+        forward::LateralCover{known(*medium.cover, "medium.cover"), *medium.cover->thickness_mm};
+  }
+  if (medium.base) result.base = known(*medium.base, "medium.base");
+  return result;
+}
+
+}  // namespace
+
+Models::Models(const Medium& medium, double wavelength_nm, const std::string& file)
+    : stated(forward::LateralMedium{}) {
+  std::array<double, 2> layer_deviation{};
+  const forward::LateralMedium as_stated = lateral(medium, wavelength_nm, file, layer_deviation);
+  stated = forward::LateralReflectance(as_stated);
   if (medium.refractive_index_deviation) {
-    forward::LateralMedium other = lateral(medium);
+    forward::LateralMedium other = as_stated;
     other.index = shifted_by(other.index, *medium.refractive_index_deviation, 1.5);
     shifted.emplace_back(other);
   }
   if (medium.anisotropy_deviation) {
-    forward::LateralMedium other = lateral(medium);
+    forward::LateralMedium other = as_stated;
     other.anisotropy = shifted_by(other.anisotropy, *medium.anisotropy_deviation, 0.95);
+    shifted.emplace_back(other);
+  }
+  for (const int which : {0, 1}) {
+    const double deviation = layer_deviation[static_cast<std::size_t>(which)];
+    if (deviation <= 0.0) continue;
+    forward::LateralMedium other = as_stated;
+    const auto shift = [&](forward::LateralLayer& layer) {
+      (which == 0 ? layer.mua : layer.musp) *= 1.0 + deviation;
+    };
+    if (other.cover) shift(*other.cover);
+    if (other.base) shift(*other.base);
     shifted.emplace_back(other);
   }
 }
 
 Calibration::Calibration(const Description& description, double wavelength_nm,
-                         const PerFrequency& frequency)
+                         const PerFrequency& frequency, const inverse::FarSides& far)
     : frequency_(frequency),
+      far_(far),
       errors_(description.errors.value_or(Errors{})),
-      sample_(description.medium),
+      sample_(description.medium, wavelength_nm, (description.folder / file_name).string()),
       by_phantom_(description.reference.has_value()) {
   if (!by_phantom_) {
     scale_ = PerFrequency::Constant(frequency.size(), 1.0 / *description.codes_per_reflectance);
     return;
   }
-  const PhantomRow row = phantom_at(description, wavelength_nm);
+  const std::string file = (description.folder / file_name).string();
+  const PhantomRow row =
+      row_at(description.reference->coefficients, wavelength_nm, file, "reference");
   const LateralCoefficients phantom{row.absorption_per_mm, row.reduced_scattering_per_mm};
   Medium medium = description.medium;
   medium.thickness_mm = description.reference->thickness_mm;
-  const Models models(medium);
+  medium.slide_index.reset();
+  medium.cover.reset();
+  medium.base.reset();
+  const Models models(medium, wavelength_nm, file);
   const PerFrequency stated = logarithms(models.stated, phantom);
   scale_ = stated.array().exp();
   const auto deviation = row.relative_deviation.value_or(std::array<double, 2>{});
@@ -94,7 +132,7 @@ Calibration::Calibration(const Description& description, double wavelength_nm,
   }
   phantom_table_ = PerFrequency::Zero(frequency.size());
   for (Eigen::Index i = 0; i < frequency.size(); ++i) {
-    phantom_table_[i] = models.stated.relative_error(frequency[i], phantom.mua, phantom.musp);
+    phantom_table_[i] = table_error(models.stated, i, phantom);
   }
 }
 
@@ -102,9 +140,17 @@ PerFrequency Calibration::logarithms(const forward::LateralReflectance& model,
                                      const LateralCoefficients& at) const {
   PerFrequency result(frequency_.size());
   for (Eigen::Index i = 0; i < frequency_.size(); ++i) {
-    result[i] = std::log(model(frequency_[i], at.mua, at.musp).reflectance);
+    result[i] = std::log(
+        inverse::seen(model, far_[static_cast<std::size_t>(i)], frequency_[i], at.mua, at.musp)
+            .reflectance);
   }
   return result;
+}
+
+double Calibration::table_error(const forward::LateralReflectance& model, Eigen::Index i,
+                                const LateralCoefficients& at) const {
+  return far_[static_cast<std::size_t>(i)] ? model.transmittance_error(at.mua, at.musp)
+                                           : model.relative_error(frequency_[i], at.mua, at.musp);
 }
 
 Eigen::Matrix2d Calibration::Shared::total() const {
@@ -137,13 +183,13 @@ Calibration::Shared Calibration::shared_errors(const inverse::LateralFit& fit) c
   const PerFrequency stated = logarithms(sample_.stated, at);
   for (std::size_t i = 0; i < sample_.shifted.size(); ++i) {
     PerFrequency shift = logarithms(sample_.shifted[i], at) - stated;
-    if (by_phantom_) shift -= phantom_shifts_[i];
+    if (by_phantom_ && i < phantom_shifts_.size()) shift -= phantom_shifts_[i];
     add(Part::medium, shift);
   }
   PerFrequency table(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    table[i] = std::hypot(sample_.stated.relative_error(frequency_[i], at.mua, at.musp),
-                          by_phantom_ ? phantom_table_[i] : 0.0);
+    table[i] =
+        std::hypot(table_error(sample_.stated, i, at), by_phantom_ ? phantom_table_[i] : 0.0);
   }
   add_each(Part::table, table);
   return shared;

@@ -11,9 +11,11 @@
 
 namespace kappamu::pipeline::sfdi {
 
-/// The forward model as stated, and at one deviation of n and of g.
+/// The forward model as stated, and at one deviation of n, of g and of a known layer's
+/// coefficients, in this order.
 struct Models {
-  explicit Models(const Medium& medium);
+  /// Throws InputError, naming `file`, outside a layer's wavelengths.
+  Models(const Medium& medium, double wavelength_nm, const std::string& file);
 
   forward::LateralReflectance stated;
   std::vector<forward::LateralReflectance> shifted;
@@ -23,7 +25,7 @@ class Calibration {
  public:
   /// Of one wavelength and its spatial frequencies [1/mm].
   Calibration(const Description& description, double wavelength_nm,
-              const inverse::PerFrequency& frequency);
+              const inverse::PerFrequency& frequency, const inverse::FarSides& far = {});
 
   /// Reflectance of the phantom per frequency; with an absolute scale, 1 over it.
   const inverse::PerFrequency& scale() const { return scale_; }
@@ -34,19 +36,23 @@ class Calibration {
     std::array<Eigen::Matrix2d, part_names.size()> covariance;
     Eigen::Matrix2d total() const;
   };
-  /// At a fitted pixel; the part `noise` stays zero.
+  /// At a fitted pixel; the parts `noise` and `detail` stay zero.
   Shared shared_errors(const inverse::LateralFit& fit) const;
 
  private:
   inverse::PerFrequency logarithms(const forward::LateralReflectance& model,
                                    const inverse::LateralCoefficients& at) const;
 
+  double table_error(const forward::LateralReflectance& model, Eigen::Index i,
+                     const inverse::LateralCoefficients& at) const;
+
   inverse::PerFrequency frequency_, scale_;
+  inverse::FarSides far_;
   Errors errors_;
   Models sample_;
   bool by_phantom_ = false;
   std::vector<inverse::PerFrequency> phantom_errors_;  ///< change of ln R at one deviation
-  std::vector<inverse::PerFrequency> phantom_shifts_;  ///< of ln R, for each of Models::shifted
+  std::vector<inverse::PerFrequency> phantom_shifts_;  ///< of ln R, for n and g
   inverse::PerFrequency phantom_table_;                ///< relative error of R
 };
 

@@ -7,6 +7,8 @@
 #include "core/shown_text.h"
 #include "forward/lateral/lateral_reflectance.h"
 #include "io/json_fields.h"
+#include "pipeline/sfdi/picture_names.h"
+#include "pipeline/sfdi/sfdi_series.h"
 #include "pipeline/sfdi/sfdi_spectra.h"
 
 namespace kappamu::pipeline::sfdi {
@@ -18,20 +20,29 @@ constexpr const char* format_name = "kappamu-sfdi";
 }  // namespace
 
 template <class Fields>
+void describe(Fields& fields, PhantomRow& r) {
+  fields("wavelength_nm", r.wavelength_nm);
+  fields("absorption_per_mm", r.absorption_per_mm);
+  fields("reduced_scattering_per_mm", r.reduced_scattering_per_mm);
+  fields("relative_deviation", r.relative_deviation);
+}
+
+template <class Fields>
+void describe(Fields& fields, Layer& l) {
+  fields("coefficients", l.coefficients);
+  fields("thickness_mm", l.thickness_mm);
+}
+
+template <class Fields>
 void describe(Fields& fields, Medium& m) {
   fields("refractive_index", m.refractive_index);
   fields("refractive_index_deviation", m.refractive_index_deviation);
   fields("anisotropy", m.anisotropy);
   fields("anisotropy_deviation", m.anisotropy_deviation);
   fields("thickness_mm", m.thickness_mm);
-}
-
-template <class Fields>
-void describe(Fields& fields, PhantomRow& r) {
-  fields("wavelength_nm", r.wavelength_nm);
-  fields("absorption_per_mm", r.absorption_per_mm);
-  fields("reduced_scattering_per_mm", r.reduced_scattering_per_mm);
-  fields("relative_deviation", r.relative_deviation);
+  fields("slide_index", m.slide_index);
+  fields("cover", m.cover);
+  fields("base", m.base);
 }
 
 template <class Fields>
@@ -68,6 +79,24 @@ void describe(Fields& fields, Pictures& p) {
   fields.optional("reference", p.reference);
   fields.optional("phases_degrees", p.phases_degrees);
   fields("dark", p.dark);
+  fields("repeats", p.repeats);
+  fields.kind("content", p.content, content_names, Content::light);
+  fields.kind("side", p.side, side_names, Side::near);
+}
+
+template <class Fields>
+void describe(Fields& fields, Series& s) {
+  fields("sample", s.sample);
+  fields.optional("reference", s.reference);
+  fields.optional("dark", s.dark);
+  fields("wavelengths_nm", s.wavelengths_nm);
+  fields("per_mm", s.per_mm);
+  fields.optional("phases_degrees", s.phases_degrees);
+  fields("first_number", s.first_number);
+  fields("direction_degrees", s.direction_degrees);
+  fields("repeats", s.repeats);
+  fields.kind("content", s.content, content_names, Content::light);
+  fields.kind("side", s.side, side_names, Side::near);
 }
 
 template <class Fields>
@@ -85,7 +114,8 @@ void describe(Fields& fields, Description& d) {
   fields("errors", d.errors);
   fields("spectra", d.spectra);
   fields("projector", d.projector);
-  fields("measurements", d.measurements);
+  fields("series", d.series);
+  fields.optional("measurements", d.measurements);
 }
 
 namespace {
@@ -114,10 +144,11 @@ class Checks {
   std::string file_;
 };
 
-void check_reference(const Checks& checks, const Reference& reference) {
-  for (std::size_t i = 0; i < reference.coefficients.size(); ++i) {
-    const PhantomRow& row = reference.coefficients[i];
-    const std::string field = "reference.coefficients[" + std::to_string(i) + "].";
+void check_coefficients(const Checks& checks, const std::vector<PhantomRow>& coefficients,
+                        const std::string& of) {
+  for (std::size_t i = 0; i < coefficients.size(); ++i) {
+    const PhantomRow& row = coefficients[i];
+    const std::string field = of + ".coefficients[" + std::to_string(i) + "].";
     checks.positive(row.wavelength_nm, field + "wavelength_nm");
     checks.positive(row.absorption_per_mm, field + "absorption_per_mm");
     checks.positive(row.reduced_scattering_per_mm, field + "reduced_scattering_per_mm");
@@ -127,7 +158,29 @@ void check_reference(const Checks& checks, const Reference& reference) {
       }
     }
   }
+}
+
+void check_reference(const Checks& checks, const Reference& reference) {
+  check_coefficients(checks, reference.coefficients, "reference");
   checks.box(reference.region_px, "reference.region_px");
+}
+
+void check_layers(const Checks& checks, const Medium& medium) {
+  if (medium.cover) {
+    check_coefficients(checks, medium.cover->coefficients, "medium.cover");
+    checks.require(medium.cover->thickness_mm.has_value(), "medium.cover.thickness_mm",
+                   "is missing; state how thick the known layer is");
+    checks.positive(*medium.cover->thickness_mm, "medium.cover.thickness_mm");
+    checks.require(!medium.base && !medium.thickness_mm, "medium.cover",
+                   "lies over a half-space; leave out base and medium.thickness_mm");
+  }
+  if (medium.base) {
+    check_coefficients(checks, medium.base->coefficients, "medium.base");
+    checks.require(!medium.base->thickness_mm, "medium.base.thickness_mm",
+                   "is there; the known half-space has none");
+    checks.require(medium.thickness_mm.has_value(), "medium.thickness_mm",
+                   "is missing; state how thick the layer over base is");
+  }
 }
 
 void check_pictures(const Checks& checks, const Description& d, std::size_t index) {
@@ -137,19 +190,37 @@ void check_pictures(const Checks& checks, const Description& d, std::size_t inde
   checks.require(p.per_mm >= 0.0 && p.per_mm * d.pixel_mm < 0.25, field + "per_mm",
                  "is " + shown_number(p.per_mm) +
                      "; a period needs more than four pixels, and even light is 0");
-  checks.require(!d.reference || !p.reference.empty() || p.per_mm == 0.0, field + "reference",
+  const bool ratio = p.content == Content::ratio;
+  checks.require(!ratio || d.reference, field + "content",
+                 "is \"ratio\", sample over phantom; \"reference\" would state the phantom's "
+                 "coefficients (of reflectances write \"demodulated\" and codes_per_reflectance)");
+  checks.require(!ratio || p.reference.empty(), field + "reference",
+                 "names pictures of a phantom, by which a ratio is divided already");
+  checks.require(ratio || !d.reference || !p.reference.empty() || p.per_mm == 0.0,
+                 field + "reference",
                  "is missing; name the phantom's pictures under the same light");
   checks.require(d.reference || p.reference.empty(), field + "reference",
                  "names pictures of a phantom, whose coefficients \"reference\" would state");
+  checks.require(p.side == Side::near || (d.medium.thickness_mm && !d.medium.base), field + "side",
+                 "is \"far\", and light shines through slabs alone; state medium.thickness_mm");
+  checks.require(p.side == Side::near || !d.reference || d.reference->thickness_mm,
+                 "reference.thickness_mm", "is missing; light shines through the phantom as well");
+  const int repeats = p.repeats.value_or(1);
+  checks.require(repeats >= 1, field + "repeats",
+                 "is " + std::to_string(repeats) + "; it is a number of pictures, 1 or more");
   for (const auto* files : {&p.sample, &p.reference}) {
     const std::string which = field + (files == &p.sample ? "sample" : "reference");
-    checks.require(p.per_mm > 0.0 || files->size() <= 1, which,
-                   "has several pictures of even light; name one");
-    checks.require(files->size() != 2, which,
+    checks.require(files->size() % static_cast<std::size_t>(repeats) == 0, which,
+                   "has " + std::to_string(files->size()) + " pictures, no multiple of repeats, " +
+                       std::to_string(repeats));
+    const std::size_t phases = files->size() / static_cast<std::size_t>(repeats);
+    checks.require(p.content == Content::light || phases <= 1, which,
+                   "has several pictures of a content that is one picture");
+    if (p.per_mm == 0.0) continue;  // their mean is taken
+    checks.require(phases != 2, which,
                    "has two pictures; one, or three and more phases, can be demodulated");
-    checks.require(
-        p.phases_degrees.empty() || files->size() <= 1 || files->size() == p.phases_degrees.size(),
-        which, "has another number of pictures than phases_degrees");
+    checks.require(p.phases_degrees.empty() || phases <= 1 || phases == p.phases_degrees.size(),
+                   which, "has another number of pictures than phases_degrees");
   }
 }
 
@@ -194,9 +265,10 @@ Description read_description(const std::filesystem::path& folder_or_file) {
   if (d.medium.anisotropy_deviation) {
     checks.share(*d.medium.anisotropy_deviation, "medium.anisotropy_deviation");
   }
+  check_layers(checks, d.medium);
   try {
-    const forward::LateralReflectance model(
-        {d.medium.refractive_index, d.medium.anisotropy, d.medium.thickness_mm});
+    const forward::LateralReflectance model({d.medium.refractive_index, d.medium.anisotropy,
+                                             d.medium.thickness_mm, d.medium.slide_index});
   } catch (const InputError& error) {
     checks.require(false, "medium:", error.what());
   }
@@ -208,18 +280,42 @@ Description read_description(const std::filesystem::path& folder_or_file) {
     checks.share(d.errors->common, "errors.common");
     checks.share(d.errors->own, "errors.own");
   }
+  if (d.series) {
+    for (Pictures& p : pictures_of(*d.series, d.folder, file.string())) {
+      d.measurements.push_back(std::move(p));
+    }
+  }
+  checks.require(!d.measurements.empty(), "measurements",
+                 "is missing; name the pictures there, or the rule of their names in series");
+  for (Pictures& p : d.measurements) {
+    for (auto* files : {&p.sample, &p.reference}) {
+      std::vector<std::string> all;
+      for (const std::string& name : *files) {
+        for (std::string& one : pictures_named(d.folder, name)) all.push_back(std::move(one));
+      }
+      *files = std::move(all);
+    }
+  }
   for (std::size_t i = 0; i < d.measurements.size(); ++i) check_pictures(checks, d, i);
   if (d.projector) check_projector(checks, d);
   for (const Pictures& p : d.measurements) {
+    // Reflectance and transmittance under even light tell as much as a sinusoid.
     checks.require(std::any_of(d.measurements.begin(), d.measurements.end(),
                                [&](const Pictures& other) {
                                  return other.wavelength_nm == p.wavelength_nm &&
-                                        other.per_mm > 0.0;
+                                        (other.per_mm > 0.0 || other.side != p.side);
                                }),
                    "measurements",
                    "has no sinusoid at " + shown_number(p.wavelength_nm) +
                        " nm; even light alone does not tell absorption from "
                        "scattering");
+    checks.require(
+        std::any_of(d.measurements.begin(), d.measurements.end(),
+                    [&](const Pictures& other) {
+                      return other.wavelength_nm == p.wavelength_nm && other.side == Side::near;
+                    }),
+        "measurements",
+        "has no picture of the lit side at " + shown_number(p.wavelength_nm) + " nm; add one");
   }
   check_spectra(d);
   return d;

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/names.h"
+
 namespace kappamu::pipeline::sfdi {
 
 inline constexpr const char* file_name = "sfdi.json";
@@ -16,21 +18,31 @@ inline constexpr const char* file_name = "sfdi.json";
 /// over a transport mean free path, 0.5 to 2 mm: detail below is noise and texture of the surface.
 inline constexpr double usual_smoothing_mm = 0.5;
 
-struct Medium {
-  double refractive_index = 1.4;
-  std::optional<double> refractive_index_deviation;  ///< standard; absent: exactly known
-  double anisotropy = 0.9;                           ///< g
-  std::optional<double> anisotropy_deviation;        ///< standard; absent: exactly known
-  std::optional<double> thickness_mm;                ///< of a slab; absent: half-space
-};
-
-/// A reference phantom at one wavelength.
+/// Known coefficients at one wavelength, of a reference phantom or of a layer.
 struct PhantomRow {
   double wavelength_nm = 0.0;
   double absorption_per_mm = 0.0;          ///< μa
   double reduced_scattering_per_mm = 0.0;  ///< σs'
   /// Standard deviations of both over both; absent: exactly known.
   std::optional<std::array<double, 2>> relative_deviation;
+};
+
+/// A layer of known coefficients.
+struct Layer {
+  std::vector<PhantomRow> coefficients;  ///< by wavelength, linear in between
+  std::optional<double> thickness_mm;    ///< of a cover
+};
+
+struct Medium {
+  double refractive_index = 1.4;
+  std::optional<double> refractive_index_deviation;  ///< standard; absent: exactly known
+  double anisotropy = 0.9;                           ///< g
+  std::optional<double> anisotropy_deviation;        ///< standard; absent: exactly known
+  std::optional<double>
+      thickness_mm;  ///< of a slab, or of the layer over `base`; absent: half-space
+  std::optional<double> slide_index;  ///< of glass on both sides of a slab; absent: none
+  std::optional<Layer> cover;         ///< known layer over what is measured
+  std::optional<Layer> base;          ///< known half-space under it
 };
 
 struct Reference {
@@ -52,6 +64,22 @@ struct ProjectorPlace {
   double distance_mm = 0.0;
 };
 
+/// What pictures hold.
+enum class Content {
+  light,        ///< a camera's codes under a sinusoid or even light
+  demodulated,  ///< the amplitude at each pixel; under even light the mean
+  ratio         ///< that of the sample over that of the phantom
+};
+inline constexpr Names<Content, 3> content_names{
+    {{"light", Content::light}, {"demodulated", Content::demodulated}, {"ratio", Content::ratio}}};
+
+/// Which side of a slab is seen.
+enum class Side {
+  near,  ///< the lit one: reflectance
+  far    ///< the other one: transmittance
+};
+inline constexpr Names<Side, 2> side_names{{{"near", Side::near}, {"far", Side::far}}};
+
 /// One wavelength under one sinusoid, or under even light.
 struct Pictures {
   double wavelength_nm = 0.0;
@@ -62,6 +90,23 @@ struct Pictures {
   std::vector<std::string> sample, reference;
   std::vector<double> phases_degrees;  ///< of both; empty: spread evenly over 360
   std::optional<std::string> dark;     ///< subtracted from all of them
+  std::optional<int> repeats;          ///< so many pictures in a row are one, averaged; absent: 1
+  Content content = Content::light;
+  Side side = Side::near;
+};
+
+/// Pictures of many wavelengths, frequencies and phases whose names follow a rule. In a name,
+/// {wavelength}, {frequency} and {phase} stand for numbers in the order of the lists, from
+/// first_number; {wavelength_nm}, {per_mm} and {phase_degrees} for the values. {phase:2} has at
+/// least two digits. A name without {phase} stands for all phases: a folder of frames or a stack.
+struct Series {
+  std::string sample, reference, dark;  ///< names; the last two may be empty
+  std::vector<double> wavelengths_nm, per_mm, phases_degrees;
+  std::optional<int> first_number;          ///< absent: 0
+  std::optional<double> direction_degrees;  ///< of all sinusoids
+  std::optional<int> repeats;
+  Content content = Content::light;
+  Side side = Side::near;
 };
 
 /// Absorbers whose amounts are fitted to μa of all wavelengths.
@@ -87,10 +132,11 @@ struct Description {
   std::optional<Errors> errors;
   std::optional<Spectra> spectra;
   std::optional<ProjectorPlace> projector;  ///< stated: height and tilt are measured and corrected
-  std::vector<Pictures> measurements;
+  std::optional<Series> series;
+  std::vector<Pictures> measurements;  ///< by name, and those of the series; names of one picture
 };
 
-/// Throws InputError naming file, field and fix.
+/// Folders of frames and stacks are looked up. Throws InputError naming file, field and fix.
 Description read_description(const std::filesystem::path& folder_or_file);
 
 }  // namespace kappamu::pipeline::sfdi

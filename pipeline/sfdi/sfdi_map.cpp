@@ -51,21 +51,26 @@ Eigen::Matrix2d noise_covariance(const LateralFit& fit, const PerFrequency& devi
 /// The maps of one wavelength.
 class Mapper {
  public:
-  Mapper(const Description& description, double wavelength_nm) : d_(description) {
-    map_.wavelength_nm = wavelength_nm;
-    Ratios measured = measure_ratios(d_, wavelength_nm, map_.checks);
+  Mapper(const Description& description, WavelengthMap map, Ratios measured)
+      : d_(description), map_(std::move(map)) {
     ratios_ = std::move(measured.by_frequency);
     relief_ = std::move(measured.relief);
     if (relief_) map_.height_mm = relief_->height_mm;
     frequency_.resize(static_cast<Eigen::Index>(ratios_.size()));
+    if (ratios_.size() > inverse::most_frequencies) {
+      throw InputError((d_.folder / file_name).string() + ": measurements has " +
+                       std::to_string(ratios_.size()) + " lights of one wavelength; at most " +
+                       std::to_string(inverse::most_frequencies) + " are fitted together");
+    }
     for (std::size_t i = 0; i < ratios_.size(); ++i) {
       frequency_[static_cast<Eigen::Index>(i)] = ratios_[i].per_mm;
+      far_[i] = ratios_[i].far;
       if (!ratios_[i].value.same_shape(ratios_.front().value)) {
         throw InputError((d_.folder / file_name).string() +
                          ": the sample's pictures differ in size between measurements");
       }
     }
-    calibration_.emplace(d_, wavelength_nm, frequency_);
+    calibration_.emplace(d_, map_.wavelength_nm, frequency_, far_);
   }
 
   WavelengthMap map() {
@@ -103,6 +108,15 @@ class Mapper {
     return true;
   }
 
+  PerFrequency detail_at(int x, int y) const {
+    PerFrequency detail = PerFrequency::Zero(frequency_.size());
+    for (Eigen::Index i = 0; i < detail.size(); ++i) {
+      const Image<float>& of = ratios_[static_cast<std::size_t>(i)].detail;
+      if (!of.empty()) detail[i] = of(x, y);
+    }
+    return detail;
+  }
+
   /// On the surface at a pixel.
   PerFrequency frequency_at(int x, int y) const {
     return relief_ ? PerFrequency(frequency_ * relief_->frequency(x, y)) : frequency_;
@@ -113,7 +127,7 @@ class Mapper {
     const double own = d_.errors ? d_.errors->own : 0.0;
     const PerFrequency weight =
         (noise.array().square() + own * own + least_deviation * least_deviation).sqrt();
-    return fit_lateral(calibration_->sample().stated, frequency, reflectance, weight, start);
+    return fit_lateral(calibration_->sample().stated, frequency, reflectance, weight, start, far_);
   }
 
   void pixel(int x, int y, LateralCoefficients& start,
@@ -133,6 +147,8 @@ class Mapper {
     start = fitted.coefficients;
     Calibration::Shared shared = calibration_->shared_errors(fitted);
     shared.covariance[static_cast<std::size_t>(Part::noise)] = noise_covariance(fitted, noise);
+    shared.covariance[static_cast<std::size_t>(Part::detail)] =
+        noise_covariance(fitted, detail_at(x, y));
     const Deviations deviation = deviations(start, shared.total());
     map_.mua(x, y) = static_cast<float>(start.mua);
     map_.musp(x, y) = static_cast<float>(start.musp);
@@ -196,11 +212,14 @@ class Mapper {
   std::vector<Ratio> ratios_;
   std::optional<calib::Relief> relief_;
   PerFrequency frequency_;
+  inverse::FarSides far_;
   std::optional<Calibration> calibration_;
 };
 
-void add_warnings(const WavelengthMap& map, std::vector<std::string>& warnings) {
-  const std::string at = shown_number(map.wavelength_nm) + " nm, ";
+}  // namespace
+
+void add_map_warnings(const WavelengthMap& map, std::vector<std::string>& warnings) {
+  const std::string at = map.label() + ", ";
   const bool measured_height = !map.height_mm.empty();
   for (const LightCheck& check : map.checks) {
     const std::string where = at + shown_number(check.per_mm) + " /mm: ";
@@ -254,7 +273,9 @@ void add_warnings(const WavelengthMap& map, std::vector<std::string>& warnings) 
   }
 }
 
-}  // namespace
+WavelengthMap map_of_ratios(const Description& description, WavelengthMap map, Ratios ratios) {
+  return Mapper(description, std::move(map), std::move(ratios)).map();
+}
 
 Maps measure_maps(const Description& description, Progress& progress) {
   std::set<double> wavelengths;
@@ -264,8 +285,11 @@ Maps measure_maps(const Description& description, Progress& progress) {
     progress.update(
         "map " + shown_number(wavelength) + " nm",
         static_cast<double>(maps.wavelengths.size()) / static_cast<double>(wavelengths.size()), "");
-    maps.wavelengths.push_back(Mapper(description, wavelength).map());
-    add_warnings(maps.wavelengths.back(), maps.warnings);
+    WavelengthMap map;
+    map.wavelength_nm = wavelength;
+    Ratios ratios = measure_ratios(description, wavelength, map.checks);
+    maps.wavelengths.push_back(map_of_ratios(description, std::move(map), std::move(ratios)));
+    add_map_warnings(maps.wavelengths.back(), maps.warnings);
   }
   add_spectra(description, maps);
   return maps;

@@ -43,7 +43,12 @@ Json quantiles(const Image<float>& map) {
 }
 
 Json wavelength_json(const WavelengthMap& map) {
-  Json json{{"wavelength_nm", map.wavelength_nm}};
+  Json json;
+  if (map.name.empty()) {
+    json["wavelength_nm"] = map.wavelength_nm;
+  } else {
+    json["channel"] = map.name;
+  }
   for (const auto& [name, member] : members()) json[name] = quantiles(map.*member);
   std::array<std::size_t, inverse::lateral_verdict_names.size()> counts{};
   for (const std::uint8_t verdict : map.verdict.values()) ++counts[verdict];
@@ -104,7 +109,7 @@ void write_maps(const Maps& maps, const std::filesystem::path& folder) {
     for (const WavelengthMap& map : maps.wavelengths) {
       const std::vector<float>& values = (map.*member).values();
       all.insert(all.end(), values.begin(), values.end());
-      exr.channels["nm" + shown_number(map.wavelength_nm) + "." + name] = values;
+      exr.channels[map.key() + "." + name] = values;
     }
     io::write_npy(folder / (name + ".npy"), shape, std::span<const float>(all));
   }
@@ -112,15 +117,14 @@ void write_maps(const Maps& maps, const std::filesystem::path& folder) {
   for (const WavelengthMap& map : maps.wavelengths) {
     const std::vector<std::uint8_t>& values = map.verdict.values();
     verdicts.insert(verdicts.end(), values.begin(), values.end());
-    exr.channels["nm" + shown_number(map.wavelength_nm) + ".verdict"].assign(values.begin(),
-                                                                             values.end());
+    exr.channels[map.key() + ".verdict"].assign(values.begin(), values.end());
   }
   if (!first_map.height_mm.empty()) {
     std::vector<float> all;
     for (const WavelengthMap& map : maps.wavelengths) {
       const std::vector<float>& values = map.height_mm.values();
       all.insert(all.end(), values.begin(), values.end());
-      exr.channels["nm" + shown_number(map.wavelength_nm) + ".height"] = values;
+      exr.channels[map.key() + ".height"] = values;
     }
     io::write_npy(folder / "height.npy", shape, std::span<const float>(all));
   }

@@ -6,9 +6,7 @@
 
 #include "core/error.h"
 #include "core/shown_text.h"
-#include "io/image/image_file.h"
-#include "io/mat_file.h"
-#include "io/npy.h"
+#include "pipeline/sfdi/picture_names.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -16,44 +14,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "raw.mat", "raw.mat:frames" or "raw.mat:frames:2": a page of a variable.
-Image<float> read_mat(const std::string& name) {
-  const std::size_t end = name.find(".mat") + 4;
-  const std::string rest = name.substr(std::min(end + 1, name.size()));
-  const std::size_t colon = rest.find(':');
-  const std::string number = colon == std::string::npos ? "0" : rest.substr(colon + 1);
-  if (number.empty() || number.size() > 6 ||
-      number.find_first_not_of("0123456789") != std::string::npos) {
-    throw InputError(name + ": a page is named as FILE.mat:VARIABLE:NUMBER, from 0");
-  }
-  return io::read_mat_picture(name.substr(0, end), rest.substr(0, colon), std::stoul(number));
-}
-
-/// PNG, TIFF, JPEG as codes, EXR and Radiance as floats, NPY [y][x], MATLAB [row][column].
-Image<float> read_picture(const fs::path& file) {
-  const std::string name = file.string();
-  if (name.ends_with(".mat") || name.find(".mat:") != std::string::npos) return read_mat(name);
-  if (file.extension() == ".npy") {
-    const io::NpyArray array = io::read_npy(file);
-    if (array.shape.size() != 2) {
-      throw InputError(file.string() + ": array has shape " + io::shape_to_string(array.shape) +
-                       "; a picture has two axes, [y][x]");
-    }
-    Image<float> picture(static_cast<int>(array.shape[1]), static_cast<int>(array.shape[0]), 1);
-    picture.values() = array.values;
-    return picture;
-  }
-  if (io::is_float_image(file)) return io::read_float_image(file);
-  const Image<std::uint16_t> codes = io::read_code_image(file);
-  Image<float> picture(codes.width(), codes.height(), codes.channels());
-  std::copy(codes.values().begin(), codes.values().end(), picture.values().begin());
-  return picture;
-}
-
 /// One channel of the crop.
 Image<float> read_channel(const Description& d, const std::string& name) {
   const fs::path file = d.folder / name;
-  const Image<float> whole = read_picture(file);
+  const Image<float> whole = read_picture(d.folder, name);
   int channel = 0;
   if (whole.channels() == 3) {
     if (d.channel.empty()) {
@@ -74,6 +38,23 @@ Image<float> read_channel(const Description& d, const std::string& name) {
     for (int x = 0; x < width; ++x) picture(x, y) = whole(x0 + x, y0 + y, channel);
   }
   return picture;
+}
+
+/// Each `repeats` pictures in a row as their mean.
+void average(std::vector<Image<float>>& pictures, std::size_t repeats) {
+  if (repeats < 2) return;
+  std::vector<Image<float>> means;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (i % repeats == 0) {
+      means.push_back(std::move(pictures[i]));
+      for (float& value : means.back().values()) value /= static_cast<float>(repeats);
+      continue;
+    }
+    for (std::size_t k = 0; k < means.back().size(); ++k) {
+      means.back().values()[k] += pictures[i].values()[k] / static_cast<float>(repeats);
+    }
+  }
+  pictures = std::move(means);
 }
 
 }  // namespace
@@ -108,11 +89,17 @@ DemodulatedSet demodulate(const Description& description, const Pictures& pictur
     }
     read.push_back(std::move(picture));
   }
+  const bool even_light = pictures.per_mm == 0.0, taken = pictures.content == Content::light;
+  average(read, even_light ? read.size() : static_cast<std::size_t>(pictures.repeats.value_or(1)));
   const std::string where = (description.folder / files.front()).string() + ": ";
   const double sigma = description.smoothing_mm.value_or(usual_smoothing_mm) / description.pixel_mm;
   try {
-    if (pictures.per_mm == 0.0) {
+    if (even_light || !taken) {
       result.light = calib::demodulate_even(read.front(), mask);
+      if (!even_light) {  // nothing is known of the mean
+        std::swap(result.light.mean, result.light.amplitude);
+        std::swap(result.light.mean_deviation, result.light.amplitude_deviation);
+      }
       calib::smooth(result.light, sigma);
     } else if (read.size() == 1) {
       const double direction = pictures.direction_degrees.value_or(0.0) * std::numbers::pi / 180.0;

@@ -40,10 +40,14 @@ double box_mean(const Image<float>& light, const Image<std::uint8_t>& mask,
 class Wavelength {
  public:
   Wavelength(const Description& description, double wavelength_nm, std::vector<LightCheck>& checks)
-      : d_(description), checks_(checks) {
+      : d_(description), wavelength_nm_(wavelength_nm), checks_(checks) {
     for (const Pictures& p : d_.measurements) {
       if (p.wavelength_nm != wavelength_nm) continue;
-      (p.per_mm == 0.0 ? even_ : sinusoids_).push_back(&p);
+      if (p.side == Side::far) {
+        far_.push_back(&p);
+      } else {
+        (p.per_mm == 0.0 ? even_ : sinusoids_).push_back(&p);
+      }
     }
     if (even_.size() > 1) {
       throw InputError((d_.folder / file_name).string() +
@@ -65,27 +69,77 @@ class Wavelength {
       const Demodulated one = read(*p, true, sample ? &*sample : nullptr);
       const std::size_t check = checks_.size() - 1;
       std::optional<Demodulated> reference;
-      if (d_.reference) reference = read(*p, false, phantom ? &*phantom : nullptr);
-      if (reference && p->sample.size() > 1 && p->reference.size() > 1) {
+      if (!p->reference.empty()) reference = read(*p, false, phantom ? &*phantom : nullptr);
+      if (reference && p->content == Content::light && p->sample.size() > 1 &&
+          p->reference.size() > 1) {
         compare_phases(*p, one, *reference, checks_[check]);
       }
-      if (result_.by_frequency.empty()) {
-        // The phantom's mean under a sinusoid stands for even light that was not taken.
-        add(0.0, sample ? *sample : one, phantom ? phantom : reference, &Demodulated::mean,
-            &Demodulated::mean_deviation);
+      if (result_.by_frequency.empty()) add_even(*p, sample, phantom, one, reference);
+      add(p->per_mm, one, reference, &Demodulated::amplitude, &Demodulated::amplitude_deviation,
+          &Demodulated::amplitude_detail);
+    }
+    if (sinusoids_.empty()) {  // even light, and what shines through
+      if (d_.reference && !phantom && even_.front()->content != Content::ratio) {
+        throw InputError((d_.folder / file_name).string() + ": measurements: even light at " +
+                         shown_number(wavelength_nm_) + " nm lacks the phantom's picture; name it");
       }
-      add(p->per_mm, one, reference, &Demodulated::amplitude, &Demodulated::amplitude_deviation);
+      add(0.0, *sample, phantom, &Demodulated::mean, &Demodulated::mean_deviation,
+          &Demodulated::mean_detail);
+    }
+    if (result_.relief) correct();
+    add_far();
+    if (result_.by_frequency.size() < 2) {
+      throw InputError((d_.folder / file_name).string() + ": measurements has one frequency at " +
+                       shown_number(wavelength_nm_) +
+                       " nm, and demodulated pictures have no mean; add even light");
     }
     if (d_.projector && !result_.relief) {
       throw InputError((d_.folder / file_name).string() + ": projector: no sinusoid at " +
-                       shown_number(sinusoids_.front()->wavelength_nm) +
+                       shown_number(wavelength_nm_) +
                        " nm has three or more phases of sample and phantom, which show height");
     }
-    if (result_.relief) correct();
     return std::move(result_);
   }
 
  private:
+  /// Even light as taken, else the mean of the first sinusoid, whose pictures these are.
+  void add_even(const Pictures& first, const std::optional<Demodulated>& sample,
+                const std::optional<Demodulated>& phantom, const Demodulated& one,
+                const std::optional<Demodulated>& reference) {
+    const bool has_mean = first.content == Content::light;
+    if (!sample && !has_mean) return;
+    const bool divided = sample && even_.front()->content == Content::ratio;
+    // The phantom's mean under a sinusoid stands for even light that was not taken.
+    std::optional<Demodulated> by = phantom;
+    if (!by && !divided && has_mean) by = reference;
+    if (!by && !divided && d_.reference) {
+      throw InputError((d_.folder / file_name).string() + ": measurements: even light at " +
+                       shown_number(first.wavelength_nm) +
+                       " nm lacks the phantom's picture, and demodulated pictures have no mean; "
+                       "name it");
+    }
+    add(0.0, sample ? *sample : one, by, &Demodulated::mean, &Demodulated::mean_deviation,
+        &Demodulated::mean_detail);
+  }
+
+  /// The far side's pictures: its mean under even light, its amplitude under a sinusoid.
+  void add_far() {
+    for (const Pictures* p : far_) {
+      const Demodulated one = read(*p, true, nullptr);
+      std::optional<Demodulated> reference;
+      if (!p->reference.empty()) reference = read(*p, false, nullptr);
+      if (d_.reference && !reference && p->content != Content::ratio) {
+        throw InputError((d_.folder / file_name).string() + ": measurements: the far side at " +
+                         shown_number(wavelength_nm_) + " nm lacks the phantom's picture; name it");
+      }
+      const bool even = p->per_mm == 0.0;
+      add(p->per_mm, one, reference, even ? &Demodulated::mean : &Demodulated::amplitude,
+          even ? &Demodulated::mean_deviation : &Demodulated::amplitude_deviation,
+          even ? &Demodulated::mean_detail : &Demodulated::amplitude_detail);
+      result_.by_frequency.back().far = true;
+    }
+  }
+
   /// Notes how far the fringes lie from the phantom's, and takes the first ones' relief.
   void compare_phases(const Pictures& p, const Demodulated& s, const Demodulated& phantom,
                       LightCheck& check) {
@@ -135,11 +189,16 @@ class Wavelength {
   }
 
   void add(double per_mm, const Demodulated& s, const std::optional<Demodulated>& phantom,
-           Image<float> Demodulated::*light, Image<float> Demodulated::*noise) {
-    Ratio ratio{per_mm, s.*light, s.*noise, s.mask, s.shared_pixels};
+           Image<float> Demodulated::*light, Image<float> Demodulated::*noise,
+           Image<float> Demodulated::*detail) {
+    Ratio ratio{per_mm, s.*light, s.*noise, s.*detail, s.mask, s.shared_pixels};
     for (std::size_t i = 0; i < ratio.value.size(); ++i) {
       const float value = ratio.value.values()[i];
-      ratio.deviation.values()[i] = value > 0.0F ? (s.*noise).values()[i] / value : 0.0F;
+      for (Image<float>* part : {&ratio.deviation, &ratio.detail}) {
+        if (part->empty()) continue;
+        float& deviation = part->values()[i];
+        deviation = value > 0.0F ? deviation / value : 0.0F;
+      }
     }
     if (phantom) divide(ratio, *phantom, light, noise);
     result_.by_frequency.push_back(std::move(ratio));
@@ -171,8 +230,9 @@ class Wavelength {
   }
 
   const Description& d_;
+  double wavelength_nm_;
   std::vector<LightCheck>& checks_;
-  std::vector<const Pictures*> even_, sinusoids_;
+  std::vector<const Pictures*> even_, sinusoids_, far_;
   Ratios result_;
 };
 

@@ -16,8 +16,10 @@ namespace kappamu::pipeline::sfdi {
 struct Ratio {
   double per_mm = 0.0;
   Image<float> value, deviation;  ///< deviation: of the pixels' noise, relative
+  Image<float> detail;            ///< deviation of what is not resolved, relative; empty: none
   Image<std::uint8_t> mask;
   double shared_pixels = 1.0;
+  bool far = false;  ///< seen from the slab's far side
 };
 
 struct Ratios {

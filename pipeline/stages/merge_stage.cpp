@@ -203,7 +203,7 @@ void warn_of_changing_room(const capture::AmbientLight& ambient, double pattern_
 std::optional<calib::SharedError> measure_patterns(
     const capture::Session& session, const calib::CalibrationResult& calibration,
     const std::optional<capture::AmbientLight>& ambient, PatternRole role, MergedPatterns& merged,
-    const fs::path& folder, Progress& progress) {
+    const fs::path& folder, Progress& progress, const calib::MeasureOptions& options) {
   const auto count = std::count_if(session.patterns.begin(), session.patterns.end(),
                                    [&](const Pattern& pattern) { return pattern.role == role; });
   if (count == 0) return std::nullopt;
@@ -216,7 +216,8 @@ std::optional<calib::SharedError> measure_patterns(
     }
     return picture;
   };
-  SurfaceMeasurements measured = calib::measure_surface(session, calibration, role, hdr, progress);
+  SurfaceMeasurements measured =
+      calib::measure_surface(session, calibration, role, hdr, progress, options);
   const calib::SharedError shared = calib::shared_error(session, calibration.white, measured);
   measured.smooth_error = shared.error;
   progress.update("merge", 1.0, "errors that neighbouring pixels share: " + shared.source);
@@ -231,7 +232,8 @@ std::optional<calib::SharedError> measure_patterns(
 std::optional<calib::SharedError> run_merge_stage(const capture::Session& session,
                                                   capture::MergeOptions hdr,
                                                   const std::optional<fs::path>& calibrated,
-                                                  const fs::path& output, Progress& progress) {
+                                                  const fs::path& output, Progress& progress,
+                                                  const calib::MeasureOptions& options) {
   std::optional<calib::CalibrationResult> calibration;
   if (calibrated) {
     calibration = calib::load_calibration(*calibrated);
@@ -251,9 +253,9 @@ std::optional<calib::SharedError> run_merge_stage(const capture::Session& sessio
   const auto ambient = capture::merge_ambient(session, radiometry, hdr, &notes);
   for (const std::string& note : notes) progress.warn(note);
   const auto shared = measure_patterns(session, *calibration, ambient, PatternRole::fit, merged,
-                                       output / "measurements", progress);
+                                       output / "measurements", progress, options);
   measure_patterns(session, *calibration, ambient, PatternRole::validate, merged,
-                   output / "measurements_validate", progress);
+                   output / "measurements_validate", progress, options);
   return shared;
 }
 

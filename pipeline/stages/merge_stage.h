@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "calib/light/shared_error.h"
+#include "calib/measure.h"
 #include "capture/radiance/merge.h"
 #include "capture/session/session.h"
 #include "core/progress.h"
@@ -22,6 +23,6 @@ namespace kappamu::pipeline {
 std::optional<calib::SharedError> run_merge_stage(
     const capture::Session& session, capture::MergeOptions hdr,
     const std::optional<std::filesystem::path>& calibration, const std::filesystem::path& output,
-    Progress& progress);
+    Progress& progress, const calib::MeasureOptions& options = {});
 
 }  // namespace kappamu::pipeline

@@ -147,7 +147,7 @@ class Command:
 
 
 ALL = {description["name"]: Command(description) for description in json.loads(_core.describe_commands())}
-# `bench` is a program of its own, which measures and which nobody needs for their own data.
+# `bench` starts a program of its own, which measures and which nobody needs for their own data.
 __all__ = [python_name(name) for name in ALL if name != "bench"]
 for _command in ALL.values():
     if _command.name != "bench":
@@ -155,13 +155,13 @@ for _command in ALL.values():
 
 
 def bench(*words):
-    """Starts the program kappamu-bench with the words that `kappamu bench` takes; it must be on the PATH. Returns its exit code."""
+    """Starts the program kappamu-studies with these words; it must be on the PATH. Returns its exit code."""
     import shutil
     import subprocess
 
-    program = shutil.which("kappamu-bench")
+    program = shutil.which("kappamu-studies")
     if program is None:
-        raise InputError("kappamu-bench is not on the PATH; scripts/build.sh release kappamu-bench builds it")
+        raise InputError("kappamu-studies is not on the PATH; scripts/build.sh release kappamu-studies builds it")
     return subprocess.run([program, *map(os.fspath, words)], check=False).returncode
 
 

@@ -41,7 +41,7 @@ def table():
              "Made by `scripts/python_names.sh`. Each command is a function of `kappamu.commands`, each option one of its arguments. "
              "The last column is the argument of the function that takes and returns arrays, `kappamu.forward` or `kappamu.fit`. "
              "The options of a fit that have no place on the command line are arguments of `kappamu.fit` by the names in "
-             "[fit-options.md](fit-options.md). `kappamu bench` is `kappamu.bench(*words)`.", ""]
+             "[fit-options.md](fit-options.md). `kappamu-studies` is `kappamu.bench(*words)`.", ""]
     for name, command in commands.ALL.items():
         if name == "bench":
             continue

@@ -15,6 +15,7 @@
 
 #include "core/grid.h"
 #include "core/names.h"
+#include "render/deform/deformation.h"
 
 namespace kappamu::render {
 
@@ -60,6 +61,15 @@ struct ProjectionSelection {
   double from_mm = 0.0, to_mm = 1.0;
 };
 
+/// An image laid on an object's surface by its mesh's texture coordinates, again and again beyond
+/// [0, 1]²: voxels at depths in [from, to) below it. u runs along the image's columns, v against
+/// its rows. Weight is the linear luminance, at most one, of the pixel at the nearest place of the
+/// surface.
+struct CoordinatesSelection {
+  std::filesystem::path image;
+  double from_mm = 0.0, to_mm = 1.0;
+};
+
 /// Voxels whose depth lies in [from, to): below the nearest of the volume's `faces`, or, in the
 /// object's frame, below the object's surface.
 struct DepthSelection {
@@ -76,8 +86,9 @@ struct BoxSelection {
 
 struct WholeSelection {};
 
-using Selection = std::variant<WholeSelection, BrushSelection, TextureSelection,
-                               ProjectionSelection, DepthSelection, BoxSelection>;
+using Selection =
+    std::variant<WholeSelection, BrushSelection, TextureSelection, ProjectionSelection,
+                 DepthSelection, BoxSelection, CoordinatesSelection>;
 
 enum class Operation {
   multiply,  ///< f(v) = a·v
@@ -85,15 +96,17 @@ enum class Operation {
   set,       ///< f(v) = a
   blend,     ///< f(v) = (1 − share)·v + share·a
   copy,      ///< f(v) = the coefficient of the voxel `offset_mm` away, before the edit
-  surface    ///< of the object's surface: η and roughness
+  surface,   ///< of the object's surface: η and roughness
+  deform     ///< of the object's shape: deformations after those before
 };
 /// Names of the file and of the command line.
-inline constexpr Names<Operation, 6> operation_names{{{"multiply", Operation::multiply},
+inline constexpr Names<Operation, 7> operation_names{{{"multiply", Operation::multiply},
                                                       {"add", Operation::add},
                                                       {"set", Operation::set},
                                                       {"blend", Operation::blend},
                                                       {"copy", Operation::copy},
-                                                      {"surface", Operation::surface}}};
+                                                      {"surface", Operation::surface},
+                                                      {"deform", Operation::deform}}};
 
 /// a of an operation: one number for all channels, or one for each in the order of the edit's
 /// `channels`, else of the volume's; none: what it is of stays as it is.
@@ -107,15 +120,27 @@ struct Edit {
   std::string published;  ///< of set and blend: κ and μ of a material of this name
   double share = 1.0;     ///< of blend
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of copy, to where it copies from
-  std::filesystem::path volume;          ///< of copy: that it copies from; empty: the edited one
-  std::optional<double> eta, roughness;  ///< of surface
-  std::vector<std::string> channels;     ///< empty: all
+  std::filesystem::path volume;           ///< of copy: that it copies from; empty: the edited one
+  std::optional<double> eta, roughness;   ///< of surface
+  std::vector<Deformation> deformations;  ///< of deform
+  bool instead = false;  ///< of deform: in place of all that the object has before the edit
+  std::vector<std::string> channels;  ///< empty: all
   Selection where;
   bool off = false;  ///< kept in the list, not done
 
   /// Whether all voxels are treated alike, so that a homogeneous object stays one.
   bool uniform() const {
     return std::holds_alternative<WholeSelection>(where) && operation != Operation::copy;
+  }
+  /// Whether it is of κ and μ.
+  bool of_medium() const {
+    return operation != Operation::surface && operation != Operation::deform;
+  }
+  /// Those of an object after this edit, unless it is off.
+  void deform_on(std::vector<Deformation>& before) const {
+    if (off || operation != Operation::deform) return;
+    if (instead) before.clear();
+    before.insert(before.end(), deformations.begin(), deformations.end());
   }
   /// Whether places are named that only an object has, not a volume by itself.
   bool of_object() const;

@@ -77,7 +77,17 @@ EditedBody::Below EditedBody::below(const Vector3d& point) const {
   const forward::ClosestPoint::Found found = closest_->from(point);
   const Vector3d& normal = closest_->normal(found.triangle);
   const bool outside = (point - found.point).dot(normal) > 0.0;
-  return {outside ? -found.distance : found.distance, found.point, normal};
+  return {outside ? -found.distance : found.distance, found.point, normal, found.triangle,
+          found.weights};
+}
+
+Eigen::Vector2d EditedBody::texture_at(const Below& place) const {
+  const CornerTexture& texture = mesh_.texture[static_cast<std::size_t>(place.triangle)];
+  Eigen::Vector2d at = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    at += place.weights[static_cast<Eigen::Index>(k)] * texture[k].cast<double>();
+  }
+  return at;
 }
 
 bool EditedBody::sees(const Vector3d& eye, const Below& place) const {

@@ -39,8 +39,13 @@ class EditedBody {
     double depth = 0.0;       ///< below the surface, negative outside [mm]
     Eigen::Vector3d surface;  ///< the nearest place of the surface
     Eigen::Vector3d normal;   ///< outward, there
+    int triangle = 0;         ///< that holds it
+    Eigen::Vector3d weights;  ///< barycentric, of the triangle's corners
   };
   Below below(const Eigen::Vector3d& point) const;
+  bool has_texture() const { return !mesh_.texture.empty(); }
+  /// The mesh's texture coordinates u, v at a place of its surface.
+  Eigen::Vector2d texture_at(const Below& place) const;
   /// Whether nothing of the object hides a place of its surface from `eye`.
   bool sees(const Eigen::Vector3d& eye, const Below& place) const;
 

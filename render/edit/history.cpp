@@ -59,6 +59,7 @@ Quantity operated(const Edit& edit, double a, const Quantity& v) {
       return {(1.0 - edit.share) * v.value + edit.share * a, (1.0 - edit.share) * v.deviation};
     case Operation::copy:
     case Operation::surface:
+    case Operation::deform:
       break;
   }
   return v;
@@ -113,7 +114,7 @@ class Editing {
   VoxelDifference difference() {
     VoxelDifference result;
     result.channels.resize(set_.channels.size());
-    if (edit_.operation == Operation::surface) return result;
+    if (!edit_.of_medium()) return result;
     const std::vector<SelectedVoxel> selected = select(edit_.where, set_.shape(), body_);
     for (std::size_t place = 0; place < places_.size(); ++place) {
       const std::size_t c = places_[place];
@@ -273,8 +274,13 @@ std::size_t EditHistory::apply(const std::shared_ptr<const Edit>& edit, std::vec
   Step step{edit, {}, volume_.eta};
   std::size_t changed = 0;
   if (!edit->off) {
+    if (edit->operation == Operation::deform && shapes_ == nullptr) {
+      throw InputError("it deforms an object, and there is none; edit a scene's object");
+    }
     refine_for(*edit);
-    step.difference = difference_of(*edit, volume_, body_);
+  }
+  if (!edit->off && edit->operation != Operation::deform) {
+    step.difference = difference_of(*edit, volume_, body_for(*edit));
     changed = put(step.difference, &VoxelDifference::Change::after);
     if (edit->eta) volume_.eta = edit->eta;  // put() counts this as well
   }
@@ -282,9 +288,26 @@ std::size_t EditHistory::apply(const std::shared_ptr<const Edit>& edit, std::vec
   return changed;
 }
 
+std::vector<Deformation> EditHistory::deformations() const {
+  std::vector<Deformation> all;
+  if (shapes_ != nullptr) all = shapes_->unedited();
+  for (const std::vector<Step>* steps : {&steps_, &trial_}) {
+    for (const Step& step : *steps) step.edit->deform_on(all);
+  }
+  return all;
+}
+
+/// Of the shape that the edits so far have left.
+const EditedBody* EditHistory::body_for(const Edit& edit) const {
+  if (shapes_ == nullptr || body_ == nullptr || !edit.of_object()) return body_;
+  const std::vector<Deformation> now = deformations();
+  return now == shapes_->unedited() ? body_ : shapes_->body_of(now);
+}
+
 std::size_t EditHistory::take_back(std::vector<Step>& from) {
   const Step step = std::move(from.back());
   from.pop_back();
+  if (step.edit->operation == Operation::deform) return 0;
   volume_.eta = step.eta_before;
   return put(step.difference, &VoxelDifference::Change::before);
 }
@@ -411,7 +434,7 @@ void apply(const Recipe& recipe, const std::string& origin, EditHistory& history
     list.push_back(std::make_shared<const Edit>(edit));
     try {
       const std::size_t changed = history.set_list(list);
-      if (changed == 0 && !edit.off && edit.operation != Operation::surface) {
+      if (changed == 0 && !edit.off && edit.of_medium()) {
         warnings.push_back(name + " changes no voxel");
       }
     } catch (const InputError& error) {

@@ -45,19 +45,35 @@ VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set,
 
 using EditList = std::vector<std::shared_ptr<const Edit>>;
 
+/// The object of a history while edits deform it.
+class EditedShapes {
+ public:
+  virtual ~EditedShapes() = default;
+  virtual const std::vector<Deformation>& unedited() const = 0;
+  /// The object with these deformations in place of the unedited ones; until the next call.
+  virtual const EditedBody* body_of(const std::vector<Deformation>& deformations) = 0;
+};
+
+/// `list` with edits of the shape such that an object of deformations `unedited` gets those of
+/// `wanted`: edits that differ are changed in their place, others added at the end; where `wanted`
+/// does not go on from what came before, one edit states it all.
+EditList with_deformations(EditList list, const std::vector<Deformation>& unedited,
+                           const std::vector<Deformation>& wanted);
+
 class EditHistory {
  public:
-  /// `body` as in select(), or none.
-  explicit EditHistory(io::VolumeSet volume, const EditedBody* body = nullptr)
-      : volume_(std::move(volume)), body_(body) {}
+  /// `body` as in select(), or none, has the unedited shape of `shapes`; none: no edit deforms it.
+  explicit EditHistory(io::VolumeSet volume, const EditedBody* body = nullptr,
+                       EditedShapes* shapes = nullptr)
+      : volume_(std::move(volume)), body_(body), shapes_(shapes) {}
   /// Of a volume of one voxel, a homogeneous object, which `refined` makes the volume and the body
   /// of once a part of it is edited.
   struct Refined {
     io::VolumeSet volume;
     const EditedBody* body;
   };
-  EditHistory(io::VolumeSet voxel, std::function<Refined()> refined)
-      : volume_(std::move(voxel)), refined_(std::move(refined)) {}
+  EditHistory(io::VolumeSet voxel, std::function<Refined()> refined, EditedShapes* shapes)
+      : volume_(std::move(voxel)), shapes_(shapes), refined_(std::move(refined)) {}
 
   /// With all edits of the list done that are not off, and the one on trial.
   const io::VolumeSet& volume() const { return volume_; }
@@ -68,6 +84,8 @@ class EditHistory {
   /// What the edits make of the surface; none: they leave it.
   std::optional<double> eta() const { return surface(&Edit::eta); }
   std::optional<double> roughness() const { return surface(&Edit::roughness); }
+  /// Of the object's shape: the unedited ones, and what the edits make of them.
+  std::vector<Deformation> deformations() const;
 
   // Each returns what changed in volume(), as the changed voxels' number.
 
@@ -104,6 +122,7 @@ class EditHistory {
   std::size_t take_back(std::vector<Step>& from);
   /// Makes the volume of one voxel one of many where `edit` needs it.
   void refine_for(const Edit& edit);
+  const EditedBody* body_for(const Edit& edit) const;
   std::size_t follow(const EditList& list);
   /// The same; where it throws, the list is as before.
   std::size_t go_to(const EditList& list);
@@ -111,6 +130,7 @@ class EditHistory {
 
   io::VolumeSet volume_;
   const EditedBody* body_ = nullptr;
+  EditedShapes* shapes_ = nullptr;
   std::function<Refined()> refined_;
   std::vector<Step> steps_;  ///< of the list, in its order
   std::vector<Step> trial_;  ///< none or one

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "io/json_node.h"
+#include "render/deform/deform_file.h"
 #include "render/edit/edit.h"
 #include "render/material/published_materials.h"
 
@@ -135,9 +136,16 @@ DepthSelection depth_of(const Node& node) {
 Selection selection_of(const Node& node, const std::filesystem::path& folder) {
   if (!node.has("kind")) node.fail("has no field 'kind'; add it (docs/formats.md)");
   const std::string kind =
-      node["kind"].choice({"all", "brush", "texture", "projection", "depth", "box"});
+      node["kind"].choice({"all", "brush", "texture", "projection", "coordinates", "depth", "box"});
   if (kind == "brush") return brush_of(node);
   if (kind == "projection") return projection_of(node, folder);
+  if (kind == "coordinates") {
+    node.expect_fields({"kind", "image", "from_mm", "to_mm"});
+    CoordinatesSelection coordinates;
+    coordinates.image = path_of(node["image"], folder);
+    read_depths(node, coordinates);
+    return coordinates;
+  }
   if (kind == "depth") return depth_of(node);
   if (kind == "texture") {
     node.expect_fields({"kind", "image", "face", "depth_mm"});
@@ -220,6 +228,15 @@ void read_surface(const Node& node, Edit& edit) {
   if (!edit.eta && !edit.roughness) node.fail("changes nothing; write 'eta', 'roughness' or both");
 }
 
+void read_shape(const Node& node, Edit& edit) {
+  node.expect_fields({"operation", "deform"}, {"off", "instead"});
+  edit.deformations = read_deformations(node["deform"]);
+  if (node.has("instead")) edit.instead = node["instead"].flag();
+  if (edit.deformations.empty() && !edit.instead) {
+    node["deform"].fail("changes nothing; write a deformation, or \"instead\": true");
+  }
+}
+
 Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   if (!node.has("operation")) node.fail("has no field 'operation'; add it (docs/formats.md)");
   Edit edit;
@@ -227,6 +244,10 @@ Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   if (node.has("off")) edit.off = node["off"].flag();
   if (edit.operation == Operation::surface) {
     read_surface(node, edit);
+    return edit;
+  }
+  if (edit.operation == Operation::deform) {
+    read_shape(node, edit);
     return edit;
   }
   if (node.has("channels")) {
@@ -312,6 +333,13 @@ ordered_json json_of(const ProjectionSelection& where, const std::filesystem::pa
           {"to_mm", where.to_mm}};
 }
 
+ordered_json json_of(const CoordinatesSelection& where, const std::filesystem::path& folder) {
+  return {{"kind", "coordinates"},
+          {"image", json_of(where.image, folder)},
+          {"from_mm", where.from_mm},
+          {"to_mm", where.to_mm}};
+}
+
 ordered_json json_of(const DepthSelection& where, const std::filesystem::path& /*folder*/) {
   ordered_json json{{"kind", "depth"}, {"from_mm", where.from_mm}, {"to_mm", where.to_mm}};
   if (where.frame == Frame::volume) {
@@ -332,7 +360,9 @@ ordered_json json_of(const Edit& edit, const std::filesystem::path& folder) {
   if (edit.off) json["off"] = true;
   if (edit.eta) json["eta"] = *edit.eta;
   if (edit.roughness) json["roughness"] = *edit.roughness;
-  if (edit.operation == Operation::surface) return json;
+  if (edit.operation == Operation::deform) json["deform"] = deformations_json(edit.deformations);
+  if (edit.instead) json["instead"] = true;
+  if (!edit.of_medium()) return json;
   if (edit.operation == Operation::copy) json["offset_mm"] = json_of(edit.offset_mm);
   if (!edit.volume.empty()) json["volume"] = json_of(edit.volume, folder);
   if (edit.operation == Operation::blend) json["share"] = edit.share;
@@ -353,7 +383,9 @@ bool Edit::of_object() const {
   return std::visit(
       [](const auto& kind) {
         if constexpr (requires { kind.frame; }) return kind.frame == Frame::object;
-        return std::is_same_v<std::decay_t<decltype(kind)>, ProjectionSelection>;
+        using Kind = std::decay_t<decltype(kind)>;
+        return std::is_same_v<Kind, ProjectionSelection> ||
+               std::is_same_v<Kind, CoordinatesSelection>;
       },
       where);
 }

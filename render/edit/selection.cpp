@@ -258,6 +258,23 @@ std::vector<SelectedVoxel> selected(const ProjectionSelection& where, const Grid
                         });
 }
 
+std::vector<SelectedVoxel> selected(const CoordinatesSelection& where, const GridShape& shape,
+                                    const EditedBody* body) {
+  const EditedBody& lit = required(body);
+  if (!lit.has_texture()) {
+    throw InputError(
+        "its image lies by texture coordinates, and the object's mesh has none; project it from a "
+        "place, or write them into the mesh");
+  }
+  const Image<float> image = read_linear_image(where.image);
+  const auto within = [](double value) { return value - std::floor(value); };
+  return weighted_below(lit, shape, where.from_mm, where.to_mm,
+                        [&](const EditedBody::Below& place) {
+                          const Eigen::Vector2d at = lit.texture_at(place);
+                          return luminance_at(image, within(at.x()), within(1.0 - at.y()));
+                        });
+}
+
 std::vector<SelectedVoxel> selected(const DepthSelection& where, const GridShape& shape,
                                     const EditedBody* body) {
   if (where.frame == Frame::object) {

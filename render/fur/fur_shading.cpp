@@ -43,10 +43,11 @@ void FurShading::add_shells(int fur, TriangleMesh& all) {
   const WorldObject& object = furry.object();
   for (int layer = 0; layer < furry.layers(); ++layer) {
     const int first = static_cast<int>(all.vertices.size());
-    const double height = furry.fur().length_mm * (layer + 0.5) / furry.layers();
+    const double share = (layer + 0.5) / furry.layers();
     for (std::size_t v = 0; v < object.mesh.vertices.size(); ++v) {
-      all.vertices.push_back(object.world_from_object *
-                             (object.mesh.vertices[v] + height * furry.frames()[v].col(2)));
+      all.vertices.push_back(
+          object.world_from_object *
+          (object.mesh.vertices[v] + share * furry.length_mm(v) * furry.frames()[v].col(2)));
     }
     for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
       const auto& [a, b, c] = object.mesh.triangles[t];
@@ -73,10 +74,11 @@ void FurShading::add_fins(int fur, const Vector3d& eye, TriangleMesh& all) {
         continue;
       }
       const int first = static_cast<int>(all.vertices.size());
-      const double height = furry.fur().length_mm;
+      const double height_a = furry.length_mm(static_cast<std::size_t>(a)),
+                   height_b = furry.length_mm(static_cast<std::size_t>(b));
       for (const Vector3d& corner : {vertex(object.mesh, a), vertex(object.mesh, b),
-                                     Vector3d(vertex(object.mesh, b) + height * normal_b),
-                                     Vector3d(vertex(object.mesh, a) + height * normal_a)}) {
+                                     Vector3d(vertex(object.mesh, b) + height_b * normal_b),
+                                     Vector3d(vertex(object.mesh, a) + height_a * normal_a)}) {
         all.vertices.push_back(object.world_from_object * corner);
       }
       all.triangles.push_back({first, first + 1, first + 2});

@@ -18,7 +18,7 @@ namespace {
 
 /// Of 76 degrees between normal and eye.
 constexpr double grazing_cosine = 0.25;
-constexpr int tile_width = 64, tile_layers = 32, through_steps = 32;
+constexpr int through_steps = 32, tile_width = FurTile::width, tile_layers = FurTile::layers;
 
 HairTexture texture_of(const Fur& fur) {
   HairOptions options;
@@ -38,7 +38,7 @@ HairTexture texture_of(const Fur& fur) {
 }
 
 /// Transmittance from the skin along directions of one cosine, over the tile and all azimuths.
-double through_at(const HairTexture& texture, double r, double cosine) {
+double skin_share(const HairTexture& texture, double r, double cosine) {
   constexpr std::uint32_t points = 256;
   const double across = std::sqrt(1.0 - cosine * cosine);
   double sum = 0.0;
@@ -59,31 +59,74 @@ HairModel model_of(const std::string& name) {
 
 }  // namespace
 
-FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
-                         Progress& progress)
-    : object_(object),
-      fur_(fur),
-      colour_{fur.root_colour, fur.tip_colour, fur.variation},
-      reflectance_(model_of(fur.reflectance), fur.shine) {
+FurTile make_fur_tile(const Fur& fur, Progress& progress) {
+  FurTile tile;
+  tile.texture = texture_of(fur);
+  tile.transfer = make_transfer(tile.texture, {fur.bands, fur.rays, 0.0}, progress);
+  for (int i = 0; i <= through_steps; ++i) {
+    const double cosine = std::max(1e-3, static_cast<double>(i) / through_steps);
+    tile.through.push_back(skin_share(tile.texture, tile.transfer.r, cosine));
+  }
+  return tile;
+}
+
+double FurTile::through_at(double cosine) const {
+  const double place = std::clamp(cosine, 0.0, 1.0) * through_steps;
+  const auto low = std::min(static_cast<std::size_t>(place), std::size_t{through_steps - 1});
+  const double share = place - static_cast<double>(low);
+  return (1.0 - share) * through[low] + share * through[low + 1];
+}
+
+double FurTile::through_of_even_sky() const {
+  double share = 0.0;
+  for (int i = 0; i < through_steps; ++i) {
+    const double cosine = (i + 0.5) / through_steps;
+    share += 2.0 * cosine * through_at(cosine) / through_steps;
+  }
+  return share;
+}
+
+namespace {
+
+/// What `make` returns; the object is named in what it throws.
+template <class Make>
+auto named(const WorldObject& object, const Make& make) {
   try {
-    texture_ = texture_of(fur);
-    transfer_ = make_transfer(texture_, {fur.bands, fur.rays, 0.0}, progress);
-    frames_ = skin_frames(object.mesh, fur);
-    placement_ = std::make_unique<Placement>(object.mesh, frames_, fur.tile(), fur.seed);
+    return make();
   } catch (const InputError& error) {
     throw InputError("object '" + object.name + "': " + error.what());
   }
-  for (int i = 0; i <= through_steps; ++i) {
-    const double cosine = std::max(1e-3, static_cast<double>(i) / through_steps);
-    through_.push_back(through_at(texture_, transfer_.r, cosine));
-  }
+}
+
+}  // namespace
+
+FurryObject::FurryObject(const WorldObject& object, const Fur& fur,
+                         std::shared_ptr<const FurTile> tile, Coat coat)
+    : object_(object),
+      fur_(fur),
+      tile_(std::move(tile)),
+      coat_(std::move(coat)),
+      colour_{fur.root_colour, fur.tip_colour, fur.variation},
+      reflectance_(model_of(fur.reflectance), fur.shine),
+      frames_(skin_frames(object.mesh, fur, coat_)),
+      placement_(named(object, [&] {
+        return std::make_unique<Placement>(object.mesh, frames_, fur.tile(), fur.seed);
+      })) {}
+
+FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
+                         Progress& progress)
+    : FurryObject(
+          object, fur,
+          named(object,
+                [&] { return std::make_shared<const FurTile>(make_fur_tile(fur, progress)); }),
+          named(object, [&] { return coat_of(object.mesh, fur); })) {
   for (const HairCoat& coat : HairOptions{}.coats) {
     report.hairs += static_cast<int>(std::lround(fur.density * coat.hairs));
   }
   report.patches = placement_->patches();
   report.stretch = placement_->stretch();
-  report.extinction = transfer_.r / texel_mm();
-  report.through = through_of_even_sky();
+  report.extinction = tile_->transfer.r / texel_mm();
+  report.through = tile_->through_of_even_sky();
 }
 
 void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
@@ -94,18 +137,18 @@ void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
   const auto percent = [](double share) {
     return std::to_string(std::lround(100.0 * share)) + " %";
   };
-  if (texture_.thin > 0.5) {
-    add(percent(texture_.thin) +
+  if (tile_->texture.thin > 0.5) {
+    add(percent(tile_->texture.thin) +
         " of the hair is thinner than a tenth of a texel and is drawn as mist; write a larger "
         "width");
   }
-  if (texture_.overfull > 0.05) {
-    add(percent(texture_.overfull) +
+  if (tile_->texture.overfull > 0.05) {
+    add(percent(tile_->texture.overfull) +
         " of the hair lies in texels that are full already and is left out; write a smaller "
         "density");
   }
   if (!sources.empty()) {
-    add("a lamp's light is sharper than " + std::to_string(transfer_.bands) +
+    add("a lamp's light is sharper than " + std::to_string(tile_->transfer.bands) +
         " bands hold: its shadows between hairs are softer than they are (docs/fur.md)");
   }
   const Vector3d from = object_.world_from_object.inverse() * eye;
@@ -121,31 +164,15 @@ void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
   }
 }
 
-double FurryObject::through(double cosine) const {
-  const double place = std::clamp(cosine, 0.0, 1.0) * through_steps;
-  const auto low = std::min(static_cast<std::size_t>(place), std::size_t{through_steps - 1});
-  const double share = place - static_cast<double>(low);
-  return (1.0 - share) * through_[low] + share * through_[low + 1];
-}
-
-double FurryObject::through_of_even_sky() const {
-  double share = 0.0;
-  for (int i = 0; i < through_steps; ++i) {
-    const double cosine = (i + 0.5) / through_steps;
-    share += 2.0 * cosine * through(cosine) / through_steps;
-  }
-  return share;
-}
-
 void FurryObject::shade(IncidentLight& light) const {
-  const double even = through_of_even_sky();
+  const double even = tile_->through_of_even_sky();
   for (std::size_t c = 0; c < 3; ++c) {
     const auto channel = static_cast<Eigen::Index>(c);
     double beams = 0.0, shaded = 0.0;
     for (forward::Beam& beam : light.channels[c].beams) {
       beams += beam.power;
       const Vector3d& normal = object_.surface.normal[static_cast<std::size_t>(beam.triangle)];
-      beam.power *= through(-beam.direction.dot(normal));
+      beam.power *= tile_->through_at(-beam.direction.dot(normal));
       shaded += beam.power;
     }
     for (double& diffuse : light.channels[c].diffuse) diffuse *= even;
@@ -155,7 +182,7 @@ void FurryObject::shade(IncidentLight& light) const {
 
 void FurryObject::set_light(const World& world, const LightSources& sources,
                             const Environment* environment) {
-  const int bands = transfer_.bands;
+  const int bands = tile_->transfer.bands;
   Eigen::MatrixXd sky = Eigen::MatrixXd::Zero(harmonics_in(bands), 3);
   if (environment != nullptr) {
     const std::vector<Vector3d> directions = even_directions(65'536);
@@ -171,7 +198,7 @@ void FurryObject::set_light(const World& world, const LightSources& sources,
       const Eigen::Matrix3d world_from_skin = object_.world_from_object.rotation * frames_[v];
       const Vector3d out = world_from_skin.col(2);
       const Vector3d point =
-          object_.world_from_object * object_.mesh.vertices[v] + fur_.length_mm * out;
+          object_.world_from_object * object_.mesh.vertices[v] + length_mm(v) * out;
       Irradiance& here = light_[v];
       here.coefficients =
           Eigen::MatrixXd::Zero(harmonics_in(bands), 3 + static_cast<Eigen::Index>(sources.size()));
@@ -195,28 +222,37 @@ void FurryObject::set_light(const World& world, const LightSources& sources,
 
 double FurryObject::opacity(double density, double cosine) const {
   constexpr double grazing = 0.15;  // shells seen edge-on hold back no more than at this
-  return forward::shells::opacity(texture_, transfer_.r, density, std::max(grazing, cosine));
+  return forward::shells::opacity(tile_->texture, tile_->transfer.r, density,
+                                  std::max(grazing, cosine));
 }
 
 FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, int layer,
                                      const Vector3d& towards_eye) const {
   Layer made{Array3d::Zero(), 0.0};
+  const HairTexture& texture = tile_->texture;
+  const auto& corners = object_.mesh.triangles[triangle];
+  const std::array<double, 3> share{1.0 - u - v, u, v};
+  double thinned = 0.0;
+  Array3d tint = Array3d::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto vertex = static_cast<std::size_t>(corners[c]);
+    thinned += share[c] * static_cast<double>(coat_.density[vertex]);
+    tint += share[c] * coat_.colour[vertex].cast<double>();
+  }
   const Placement::Places places = placement_->at(triangle, u, v);
   std::array<std::pair<std::size_t, double>, 12> met;  // texels and how much hair of each is seen
   std::size_t count = 0;
   for (int i = 0; i < places.count; ++i) {
     const auto& [tile, weight] = places.place[static_cast<std::size_t>(i)];
     const ShellTexels texels =
-        on_shell(texture_, tile.x() * tile_width, tile.y() * tile_width, layer);
+        on_shell(texture, tile.x() * tile_width, tile.y() * tile_width, layer);
     for (std::size_t k = 0; k < 4; ++k) {
-      const double hair = weight * texels.weight[k] * texture_.density[texels.texel[k]];
+      const double hair = thinned * weight * texels.weight[k] * texture.density[texels.texel[k]];
       if (hair > 0.0) met[count++] = {texels.texel[k], hair};
       made.density += hair;
     }
   }
   if (made.density < 1e-4) return made;
-  const auto& corners = object_.mesh.triangles[triangle];
-  const std::array<double, 3> share{1.0 - u - v, u, v};
   PlaceLight light;
   const Irradiance& first = light_[static_cast<std::size_t>(corners[0])];
   light.coefficients.setZero(first.coefficients.rows(), first.coefficients.cols());
@@ -235,7 +271,8 @@ FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, i
   const Vector3d eye =
       (frame.transpose() * (object_.world_from_object.rotation.transpose() * towards_eye))
           .normalized();
-  const LitHair hair{texture_, transfer_, colour_, reflectance_};
+  const HairColour tinted{colour_.root * tint, colour_.tip * tint, colour_.variation};
+  const LitHair hair{texture, tile_->transfer, tinted, reflectance_};
   for (std::size_t i = 0; i < count; ++i) {
     made.radiance += met[i].second / made.density * hair.radiance(met[i].first, light, eye);
   }

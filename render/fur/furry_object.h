@@ -24,10 +24,30 @@ struct FurReport {
   double through = 0.0;     ///< share of an even sky's irradiance that reaches the skin
 };
 
+/// A tile with its transfer, which knows nothing of the object it lies on.
+struct FurTile {
+  forward::shells::HairTexture texture;
+  forward::shells::Transfer transfer;
+  std::vector<double> through;  ///< to the skin, by the cosine with its normal, 0 to 1
+
+  static constexpr int width = 64, layers = 32;
+  double through_at(double cosine) const;
+  double through_of_even_sky() const;
+};
+/// Depends on the fur's widths, density, curl, lean, seed, bands, rays, and its length over its
+/// tile. Throws InputError naming option and bound.
+FurTile make_fur_tile(const Fur& fur, Progress& progress);
+
 class FurryObject {
  public:
+  FurryObject(const FurryObject&) = delete;
+  FurryObject& operator=(const FurryObject&) = delete;
+
   /// `fur` of the object, whose `report` it fills. Throws InputError naming the object.
   FurryObject(const WorldObject& object, const Fur& fur, FurReport& report, Progress& progress);
+  /// With a tile made before, and a coat. Keeps references to object and fur.
+  FurryObject(const WorldObject& object, const Fur& fur, std::shared_ptr<const FurTile> tile,
+              Coat coat);
 
   /// What of this fur, under these lamps, seen from there, is beyond what shells can show
   /// (docs/fur.md, Limits).
@@ -52,27 +72,33 @@ class FurryObject {
   const Fur& fur() const { return fur_; }
   const WorldObject& object() const { return object_; }
   const std::vector<SkinFrame>& frames() const { return frames_; }
-  int layers() const { return texture_.layers; }
-  double texel_mm() const { return fur_.tile() / texture_.width; }
+  const Coat& coat() const { return coat_; }
+  const FurTile& tile() const { return *tile_; }
+  const Placement& placement() const { return *placement_; }
+  int layers() const { return tile_->texture.layers; }
+  double texel_mm() const { return fur_.tile() / tile_->texture.width; }
+  /// Of the longest hairs at a vertex.
+  double length_mm(std::size_t vertex) const {
+    return fur_.length_mm * static_cast<double>(coat_.length[vertex]);
+  }
 
- private:
+  /// At a vertex, in its frame.
   struct Irradiance {
     std::vector<Eigen::Array3d> of_lamp;
     Eigen::MatrixXd coefficients;  ///< as PlaceLight's
     std::vector<Eigen::Vector3d> direction;
   };
-  double through(double cosine) const;
-  double through_of_even_sky() const;
+  const std::vector<Irradiance>& light() const { return light_; }
 
+ private:
   const WorldObject& object_;
   const Fur& fur_;
-  forward::shells::HairTexture texture_;
-  forward::shells::Transfer transfer_;
+  std::shared_ptr<const FurTile> tile_;
+  Coat coat_;
   forward::shells::HairColour colour_;
   forward::shells::HairReflectance reflectance_;
   std::vector<SkinFrame> frames_;
   std::unique_ptr<Placement> placement_;
-  std::vector<double> through_;    ///< to the skin, by the cosine with its normal, 0 to 1
   std::vector<Irradiance> light_;  ///< per vertex
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <numeric>
 
@@ -42,6 +43,15 @@ std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur) {
     SkinFrame frame;
     frame << along, out.cross(along), out;
     frames.push_back(frame);
+  }
+  return frames;
+}
+
+std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, const Coat& coat) {
+  std::vector<SkinFrame> frames = skin_frames(mesh, fur);
+  for (std::size_t v = 0; v < frames.size(); ++v) {
+    if (coat.turn[v] == 0.0F) continue;
+    frames[v] = frames[v] * Eigen::AngleAxisd(coat.turn[v], Vector3d::UnitZ()).toRotationMatrix();
   }
   return frames;
 }
@@ -134,6 +144,39 @@ Placement::Places Placement::at(std::size_t triangle, double u, double v) const 
     sum += sharp;
   }
   for (int i = 0; i < places.count; ++i) places.place[static_cast<std::size_t>(i)].weight /= sum;
+  return places;
+}
+
+std::array<Placement::Places, 3> Placement::at_corners(std::size_t triangle) const {
+  const auto& t = mesh_.triangles[triangle];
+  std::vector<std::pair<double, int>> all;
+  for (const int corner : t) {
+    for (const int k : at_vertex_[static_cast<std::size_t>(corner)]) {
+      if (std::none_of(all.begin(), all.end(), [&](const auto& one) { return one.second == k; })) {
+        all.emplace_back(0.0, k);
+      }
+    }
+  }
+  const auto weight_at = [&](int corner, int k) {
+    const auto vertex = static_cast<std::size_t>(corner);
+    return weight(patches_[static_cast<std::size_t>(k)], mesh_.vertices[vertex],
+                  frames_[vertex].col(2));
+  };
+  for (auto& [sum, k] : all) {
+    for (const int corner : t) sum += weight_at(corner, k);
+  }
+  std::sort(all.begin(), all.end(), std::greater<>());
+  std::array<Places, 3> places;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, all.size()); ++i) {
+      const Patch& patch = patches_[static_cast<std::size_t>(all[i].second)];
+      const Vector3d local =
+          patch.frame.transpose() * (mesh_.vertices[static_cast<std::size_t>(t[c])] - patch.centre);
+      places[c].place[i] = {local.head<2>() / tile_mm_ + patch.offset,
+                            weight_at(t[c], all[i].second)};
+      places[c].count = static_cast<int>(i) + 1;
+    }
+  }
   return places;
 }
 

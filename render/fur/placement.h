@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/mesh/triangle_mesh.h"
+#include "render/fur/coat.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {
@@ -19,6 +20,8 @@ using SkinFrame = Eigen::Matrix3d;
 /// Frames at the vertices of a mesh. Normals are the triangles' mean by area; where the comb's
 /// direction is the normal, another one is taken.
 std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur);
+/// The same turned by the coat about the normals.
+std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, const Coat& coat);
 
 class Placement {
  public:
@@ -38,6 +41,10 @@ class Placement {
   };
   /// At barycentric weights of a triangle's second and third corner.
   Places at(std::size_t triangle, double u, double v) const;
+
+  /// The three patches that count most on a triangle: at its corners, unblended. Between corners
+  /// places are linear; at() blends the fourth powers of the weights.
+  std::array<Places, 3> at_corners(std::size_t triangle) const;
 
   std::size_t patches() const { return patches_.size(); }
   /// Largest stretch at vertices, of patches that count there by a twentieth or more.

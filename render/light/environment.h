@@ -37,6 +37,8 @@ class Environment {
   bool even() const { return cumulative_.back() <= 0.0; }
   bool visible() const { return visible_; }
   bool dark() const { return dark_; }
+  const Image<float>& image() const { return image_; }  ///< R, G, B of radiance, before the turn
+  double turn() const { return turn_; }                 ///< about y [rad]
 
  private:
   std::size_t pixel_of(const Eigen::Vector3d& direction) const;

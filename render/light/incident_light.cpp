@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "render/light/beam_places.h"
+#include "render/light/inner_light.h"
 #include "render/light/sampling.h"
 
 namespace kappamu::render {
@@ -174,8 +175,11 @@ IncidentLight incident_light(const World& world, std::size_t object, const Light
       }
     });
   }
+  const auto inner = inner_beams(world, object, seed);
   for (std::size_t c = 0; c < 3; ++c) {
-    for (const forward::Beam& beam : light.channels[c].beams) {
+    std::vector<forward::Beam>& beams = light.channels[c].beams;
+    beams.insert(beams.end(), inner[c].begin(), inner[c].end());
+    for (const forward::Beam& beam : beams) {
       light.power[static_cast<Eigen::Index>(c)] += beam.power;
     }
   }

@@ -1,6 +1,6 @@
-// The light that arrives on an object's surface, with the shadows of all objects, as the models of
-// objects take it (forward/object_model.h): collimated beams of the lights that have a direction,
-// diffuse irradiance of the environment.
+// The light of an object, with the shadows of all objects, as the models of objects take it
+// (forward/object_model.h): collimated beams of the lights that have a direction, diffuse
+// irradiance of the environment, beams that begin inside it (inner_light.h).
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace kappamu::render {
 
 struct IncidentLight {
   std::array<forward::ObjectLight, 3> channels;  ///< R, G, B, in the object's frame
-  Colour power = Colour::Zero();                 ///< before Fresnel [mm²]
+  Colour power = Colour::Zero();                 ///< before Fresnel, and begun inside [mm²]
 };
 
 /// Directions towards the environment, of all triangles together. Fewer are noisier.

@@ -1,6 +1,7 @@
-// What a graphics card draws of a world: its triangles' corners in the world's frame, and the light
-// that each sends out. Seen is the light that diffusion lets out, refracted (render/picture/
-// shading.h without M₁ and L₁); reflections at the surface are not in it.
+// What a graphics card draws of a world while things move: its triangles' corners in the world's
+// frame, and the light of each. Light scattered once, M₁ and L₁ of render/picture/shading.h, is
+// that of a deep flat layer (render/live/surface_light.h); where lights are reflected, other
+// objects and surfaces are not. At rest the picture is traced (render/live/live_picture.h).
 #pragma once
 
 #include <vector>
@@ -12,8 +13,9 @@ namespace kappamu::render {
 
 class LitCorners {
  public:
-  static constexpr int geometry_floats = 9;  ///< position [mm], normal, η, A, R_φ
-  static constexpr int light_floats = 6;     ///< M − E_t and E_t, R, G, B each
+  static constexpr int geometry_floats = 7;  ///< position [mm], normal, number of the object
+  /// R, G, B each: M − E_t − M₁, E_t, σs'/σt', and the irradiance of each source.
+  static constexpr int light_floats = 9 + 3 * static_cast<int>(most_drawn_sources);
 
   /// Keeps a reference to the world.
   explicit LitCorners(const World& world);
@@ -27,6 +29,12 @@ class LitCorners {
   std::size_t corners_ = 0;
   std::vector<CornerAverage> averages_;
 };
+
+/// Cosines of the view that a row of object_table() has reflectances of, evenly from 0 to 1.
+inline constexpr int table_cosines = 33;
+/// One row per object of table_cosines + 1 texels of four floats: η, A, R_φ and roughness; then
+/// what the surface reflects of even light, in the first.
+std::vector<float> object_table(const std::vector<SurfaceLight>& surfaces);
 
 /// The factor that puts the 95th percentile of M/π, over triangles that face `eye` [mm], at a
 /// luminance of 0.6; 1 where nothing is lit.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "render/live/live_shapes.h"
+#include "render/live/surface_light.h"
 #include "render/picture/shading.h"
 #include "render/scene/scene.h"
 
@@ -25,8 +26,12 @@ struct LiveQuestion {
 /// One answer; what it cost is wall time.
 struct LiveAnswer {
   std::vector<ObjectExitance> exitance;  ///< one per object
+  std::vector<SurfaceLight> surface{};   ///< one per object
+  /// Of the first sources of `surface`: a place and 1, or the direction towards it and 0.
+  std::vector<Eigen::Vector4d> sources{};
   double light_ms = 0.0, model_ms = 0.0;
-  double shape_ms = 0.0;  ///< moving vertices, and what the model needs to follow
+  double surface_ms = 0.0;  ///< of `surface`
+  double shape_ms = 0.0;    ///< moving vertices, and what the model needs to follow
   /// Of objects whose vertices are others than in the answer before, as they are now.
   std::map<std::size_t, std::vector<Eigen::Vector3d>> moved{};
   std::string shape_refused{};  ///< why shapes are as they were; empty: they are those asked for
@@ -46,7 +51,7 @@ struct LiveAnswer {
   double residual = 0.0;  ///< that it left, relative; 0 where a model does not state it
   bool converged = true;
 
-  double total_ms() const { return shape_ms + light_ms + model_ms; }
+  double total_ms() const { return shape_ms + light_ms + model_ms + surface_ms; }
   /// Of numerics and model together, as far as they are known.
   std::optional<double> error() const;
   /// What an earlier answer says that this one must say where nobody has seen the earlier one.

@@ -31,6 +31,18 @@ std::optional<EnvironmentLight> environment_of(const std::vector<Light>& lights)
   return std::nullopt;
 }
 
+/// Whether models see the same, though it was made twice.
+bool same(const ObjectMedia& a, const ObjectMedia& b) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const ObjectMedium &one = *a.channels[c], &other = *b.channels[c];
+    if (&one == &other) continue;
+    if (!one.homogeneous() || !other.homogeneous()) return false;
+    const Coefficients here = one.smallest(), there = other.smallest();
+    if (here.kappa != there.kappa || here.mu != there.mu) return false;
+  }
+  return true;
+}
+
 bool same(const std::optional<EnvironmentLight>& a, const std::optional<EnvironmentLight>& b) {
   if (!a || !b) return a.has_value() == b.has_value();
   return a->image == b->image && (a->radiance == b->radiance).all() && a->turn_deg == b->turn_deg;
@@ -45,7 +57,19 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
       chosen_(options.model),
-      diffuse_(world_.objects().size()) {}
+      diffuse_(world_.objects().size()),
+      albedo_(world_.objects().size()),
+      furry_(std::any_of(scene.objects.begin(), scene.objects.end(),
+                         [](const SceneObject& object) { return object.fur.has_value(); })) {
+  const bool glows =
+      std::any_of(world_.objects().begin(), world_.objects().end(),
+                  [](const WorldObject& object) { return object.emission.maxCoeff() > 0.0; });
+  if (glows || !world_.inner_lights().empty()) {
+    throw InputError(scene.file.string() +
+                     ": the window shows no light that begins inside objects; move the light, or "
+                     "render a picture");
+  }
+}
 
 LiveScene::~LiveScene() = default;
 
@@ -138,8 +162,12 @@ void LiveScene::take_media(const LiveQuestion& question) {
   for (const auto& [object, media] : question.media) {
     const WorldObject& edited = solved().objects()[object];
     const double eta = edited.boundary.eta;
-    changed = changed || edited.media.channels != media.channels;
-    solved().set_media(object, media);
+    const bool other = !same(edited.media, media);
+    if (other) albedo_[object].reset();
+    changed = changed || other;
+    ObjectMedia set = media;
+    if (!other) set.channels = edited.media.channels;
+    solved().set_media(object, std::move(set));
     refracts_otherwise = refracts_otherwise || edited.boundary.eta != eta;
   }
   if (!changed && !refracts_otherwise) return;
@@ -182,6 +210,7 @@ std::string LiveScene::take_shapes(const ShapeQuestion& shape) {
     for (const std::size_t object : others) solvers[object]->shape_changed();
   }
   // What is known is of another shape.
+  for (const std::size_t object : others) albedo_[object].reset();
   features_.clear();
   std::erase_if(records_, [](const auto& record) { return record.first.second > 0; });
   for (auto& [step, record] : records_) record.error.reset();
@@ -244,6 +273,7 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
     answer.exitance.push_back({std::move(solved.exitance), diffuse_[i]});
   }
   answer.model_ms = model_watch.milliseconds();
+  describe_surfaces(sources, answer);
   incident_ = std::move(incident);
   Record& record = records_[step];
   const double milliseconds = answer.light_ms + answer.model_ms;
@@ -253,6 +283,29 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
   answer.error_estimate = record.error;
   answer.model_error = model_error(model);
   return answer;
+}
+
+void LiveScene::describe_surfaces(const LightSources& sources, LiveAnswer& answer) {
+  const Stopwatch watch;
+  const World& world = solved();
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const WorldObject& object = world.objects()[i];
+    if (!albedo_[i]) {
+      albedo_[i] = std::make_shared<const std::vector<Colour>>(albedo_below(object));
+    }
+    answer.surface.push_back(
+        {object.boundary, object.roughness, albedo_[i], arriving_on(world, i, sources)});
+  }
+  for (std::size_t s = 0; s < std::min(most_drawn_sources, sources.size()); ++s) {
+    Eigen::Vector4d place = Eigen::Vector4d::UnitW();
+    if (const Eigen::Vector3d* position = sources[s]->position()) {
+      place.head<3>() = *position;
+    } else {
+      place << -sources[s]->at(Eigen::Vector3d::Zero()).direction, 0.0;
+    }
+    answer.sources.push_back(place);
+  }
+  answer.surface_ms = watch.milliseconds();
 }
 
 /// While shapes move, the coarsest of a model that can follow them.
@@ -273,6 +326,7 @@ LiveScene::Step LiveScene::answering_step(Progress& progress, std::string& refus
 
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   answered_ = false;
+  picture_.reset();
   take_media(question);
   lights_ = question.lights;
   const Stopwatch shape_watch;
@@ -352,8 +406,15 @@ void LiveScene::state_errors(const Step& step, LiveAnswer& answer) {
   if (follows) records_[{last_->model, last_->level}].error = of_level_before * *worst;
 }
 
+std::optional<Picture> LiveScene::traced(const PictureView& view, Progress& progress) {
+  if (!answered_ || shapes_.any_moves() || furry_) return std::nullopt;
+  return picture_.next(solved(), lights_, environment_ ? &*environment_ : nullptr, last_->exitance,
+                       view, options_.seed, progress);
+}
+
 std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
   if (!answered_ || shapes_.any_moves()) return std::nullopt;
+  picture_.reset();
   if (features_.empty()) {
     const Solvers& solvers = solvers_.at(last_->model);
     for (std::size_t i = 0; i < solvers.size(); ++i) {

@@ -17,6 +17,7 @@
 #include "forward/live_model.h"
 #include "render/live/live_answer.h"
 #include "render/live/live_models.h"
+#include "render/live/live_picture.h"
 #include "render/live/live_shapes.h"
 #include "render/scene/scene.h"
 #include "render/scene/world.h"
@@ -55,6 +56,10 @@ class LiveScene {
   /// A better answer to the last question, or the same one with more known of its error; none: it
   /// is within the tolerance, nothing comes nearer, or shapes move.
   std::optional<LiveAnswer> refined(Progress& progress);
+  /// The last answer's picture as `kappamu render` makes it, each with twice the rays of the one
+  /// before; none: it has all that `view` asks for, or there is none, of shapes that move and of
+  /// fur.
+  std::optional<Picture> traced(const PictureView& view, Progress& progress);
 
  private:
   /// A model at one of its levels.
@@ -89,6 +94,7 @@ class LiveScene {
   LiveAnswer solve(const Step& step, Progress& progress);
   void state_errors(const Step& step, LiveAnswer& answer);
   std::optional<double> model_error(const std::string& model) const;
+  void describe_surfaces(const LightSources& sources, LiveAnswer& answer);
 
   World world_;
   std::unique_ptr<World> solved_;  ///< that answers are of, once a shape has moved
@@ -114,6 +120,10 @@ class LiveScene {
   std::vector<std::vector<forward::ObjectFeatures>> features_;
   std::optional<LiveAnswer> last_;
   bool answered_ = false;  ///< the last question, by `last_`
+  /// As SurfaceLight has it, of each object; empty: not known of its medium and shape.
+  std::vector<std::shared_ptr<const std::vector<Colour>>> albedo_;
+  LivePicture picture_;
+  bool furry_ = false;
 };
 
 }  // namespace kappamu::render

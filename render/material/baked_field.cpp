@@ -61,15 +61,25 @@ Baked baked(const MaterialField& field, const TriangleMesh& mesh,
   double outside = 0.0;
   const ColourCoefficients beyond = field.at(
       places.at(mesh.vertices[static_cast<std::size_t>(mesh.triangles[0][0])], 0, outside));
+  const double h = shape.voxel_mm, deepest = field.deepest_mm();
   for_rows(shape.nz * shape.ny, [&](int row) {
     const int y = row % shape.ny, z = row / shape.ny;
-    int near = 0;
+    Place place;
+    double away = 0.0;
+    // The distance to the surface changes by no more than the way: voxels ahead that need not know
+    // it are not asked where the surface is.
+    int alike = 0;
     for (int x = 0; x < shape.nx; ++x) {
-      const Vector3d point = box.min() + shape.voxel_mm * Vector3d(x + 0.5, y + 0.5, z + 0.5);
-      double away = 0.0;
-      const Place place = places.at(point, near, away);
-      near = place.triangle;
-      const ColourCoefficients here = away < 2.0 * shape.voxel_mm ? field.at(place) : beyond;
+      const Vector3d point = box.min() + h * Vector3d(x + 0.5, y + 0.5, z + 0.5);
+      if (alike > 0) {
+        --alike;
+        place.point = point;
+      } else {
+        place = places.at(point, place.triangle, away);
+        const double spare = away > 0.0 ? away - 2.0 * h : place.depth - deepest;
+        if (spare > 0.0) alike = static_cast<int>(std::min(spare / h, 1.0 * shape.nx));
+      }
+      const ColourCoefficients here = away < 2.0 * h ? field.at(place) : beyond;
       const std::size_t i = shape.index(x, y, z);
       for (std::size_t c = 0; c < here.size(); ++c) {
         result.set.media[c].kappa[i] = here[c].kappa;

@@ -1,6 +1,7 @@
 // The same coefficients everywhere in an object, and what an artist says in their place.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -14,6 +15,7 @@ struct HomogeneousMaterial {
   Colour mu_per_mm = Colour::Zero();
   std::optional<double> eta;  ///< relative refractive index, where published
   std::string source;         ///< where the numbers come from
+  std::optional<std::filesystem::path> file = std::nullopt;  ///< that they were read from
 };
 
 /// κ = 1/(3(σa + σs')), μ = σa.

@@ -28,6 +28,8 @@ class MaterialField {
   virtual ColourCoefficients at(const Place& place) const = 0;
   /// Size of its smallest structure [mm]; infinite where it has none.
   virtual double detail_mm() const { return std::numeric_limits<double>::infinity(); }
+  /// Depth from which on at() asks for the point alone [mm]; infinite: it always asks for more.
+  virtual double deepest_mm() const { return std::numeric_limits<double>::infinity(); }
 };
 
 }  // namespace kappamu::render

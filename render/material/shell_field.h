@@ -21,6 +21,7 @@ class ShellField : public MaterialField {
 
   ColourCoefficients at(const Place& place) const override;
   double detail_mm() const override { return voxel_; }
+  double deepest_mm() const override;
 
  private:
   class Mixture;

@@ -7,7 +7,6 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "render/linear_image.h"
-#include "render/look_at.h"
 
 namespace kappamu::render {
 
@@ -15,12 +14,24 @@ namespace {
 
 constexpr int rows_per_update = 32;
 
-/// Sums of one pixel's samples.
-struct Sums {
+}  // namespace
+
+/// Of one pixel's samples.
+struct PictureMaker::Sums {
   Colour radiance = Colour::Zero();
   double luminance = 0.0, luminance_squared = 0.0, covered = 0.0;
+
+  void operator+=(const Sums& more) {
+    radiance += more.radiance;
+    luminance += more.luminance;
+    luminance_squared += more.luminance_squared;
+    covered += more.covered;
+  }
 };
 
+namespace {
+
+template <class Sums>
 Sums sample_pixel(const Shading& shading, const LookAt& camera, const Film& film, int x, int y,
                   int first, int end, std::uint64_t seed) {
   const std::uint64_t key =
@@ -42,14 +53,8 @@ Sums sample_pixel(const Shading& shading, const LookAt& camera, const Film& film
   return sums;
 }
 
-void add(Sums& sums, const Sums& more) {
-  sums.radiance += more.radiance;
-  sums.luminance += more.luminance;
-  sums.luminance_squared += more.luminance_squared;
-  sums.covered += more.covered;
-}
-
 /// Relative root mean square standard error of covered pixels.
+template <class Sums>
 double standard_error(const std::vector<Sums>& pixels) {
   double variance = 0.0, mean = 0.0;
   std::size_t counted = 0;
@@ -70,44 +75,56 @@ double standard_error(const std::vector<Sums>& pixels) {
 
 double picture_memory(const Film& film) {
   // Sums, the picture, and its copies in the files' forms.
-  constexpr double bytes_per_pixel = sizeof(Sums) + 12 * sizeof(float);
+  constexpr double bytes_per_pixel = 6 * sizeof(double) + 12 * sizeof(float);
   return bytes_per_pixel * film.width * film.height;
+}
+
+PictureMaker::PictureMaker(const Camera& camera, const Film& film, std::uint64_t seed)
+    : look_(camera.position_mm, camera.target_mm, camera.up, camera.fov_deg,
+            static_cast<double>(film.width) / film.height),
+      film_(film),
+      seed_(seed),
+      pixels_(static_cast<std::size_t>(film.width) * static_cast<std::size_t>(film.height)) {}
+
+PictureMaker::~PictureMaker() = default;
+
+void PictureMaker::pass(const Shading& shading, Progress& progress) {
+  const auto width = static_cast<std::size_t>(film_.width);
+  const int end = std::min(film_.samples, std::max(1, 2 * rays_));
+  for (int top = 0; top < film_.height; top += rows_per_update) {
+    for_rows(std::min(rows_per_update, film_.height - top), [&](int row) {
+      for (int x = 0; x < film_.width; ++x) {
+        const int y = top + row;
+        pixels_[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] +=
+            sample_pixel<Sums>(shading, look_, film_, x, y, rays_, end, seed_);
+      }
+    });
+    const double share = std::min(1.0, static_cast<double>(top + rows_per_update) / film_.height);
+    progress.update("picture", (rays_ + share * (end - rays_)) / film_.samples, detail_);
+  }
+  rays_ = end;
+  detail_ = std::to_string(end) + " rays per pixel, noise " +
+            std::to_string(100.0 * standard_error(pixels_)).substr(0, 4) + " %";
+}
+
+Picture PictureMaker::picture() const {
+  Picture picture{Image<float>(film_.width, film_.height, 3),
+                  Image<float>(film_.width, film_.height, 1), standard_error(pixels_)};
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const Colour mean = (pixels_[i].radiance / rays_).max(0.0);
+    for (std::size_t c = 0; c < 3; ++c) {
+      picture.radiance.values()[3 * i + c] = static_cast<float>(mean[static_cast<int>(c)]);
+    }
+    picture.coverage.values()[i] = static_cast<float>(pixels_[i].covered / rays_);
+  }
+  return picture;
 }
 
 Picture render_picture(const Shading& shading, const Camera& camera, const Film& film,
                        std::uint64_t seed, Progress& progress) {
-  const LookAt look(camera.position_mm, camera.target_mm, camera.up, camera.fov_deg,
-                    static_cast<double>(film.width) / film.height);
-  const auto width = static_cast<std::size_t>(film.width);
-  std::vector<Sums> pixels(width * static_cast<std::size_t>(film.height));
-  std::string detail;
-  for (int first = 0; first < film.samples;) {
-    const int end = std::min(film.samples, std::max(1, 2 * first));
-    for (int top = 0; top < film.height; top += rows_per_update) {
-      for_rows(std::min(rows_per_update, film.height - top), [&](int row) {
-        for (int x = 0; x < film.width; ++x) {
-          const int y = top + row;
-          add(pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)],
-              sample_pixel(shading, look, film, x, y, first, end, seed));
-        }
-      });
-      const double share = std::min(1.0, static_cast<double>(top + rows_per_update) / film.height);
-      progress.update("picture", (first + share * (end - first)) / film.samples, detail);
-    }
-    first = end;
-    detail = std::to_string(end) + " rays per pixel, noise " +
-             std::to_string(100.0 * standard_error(pixels)).substr(0, 4) + " %";
-  }
-  Picture picture{Image<float>(film.width, film.height, 3),
-                  Image<float>(film.width, film.height, 1), standard_error(pixels)};
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const Colour mean = (pixels[i].radiance / film.samples).max(0.0);
-    for (std::size_t c = 0; c < 3; ++c) {
-      picture.radiance.values()[3 * i + c] = static_cast<float>(mean[static_cast<int>(c)]);
-    }
-    picture.coverage.values()[i] = static_cast<float>(pixels[i].covered / film.samples);
-  }
-  return picture;
+  PictureMaker maker(camera, film, seed);
+  while (!maker.done()) maker.pass(shading, progress);
+  return maker.picture();
 }
 
 double usual_exposure(const Picture& picture) {

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/image.h"
 #include "core/progress.h"
+#include "render/look_at.h"
 #include "render/picture/shading.h"
 
 namespace kappamu::render {
@@ -18,6 +21,29 @@ struct Picture {
 
 /// What pictures of this size need while they are made [bytes].
 double picture_memory(const Film& film);
+
+/// A picture that is made pass by pass, the first of one ray a pixel.
+class PictureMaker {
+ public:
+  PictureMaker(const Camera& camera, const Film& film, std::uint64_t seed);
+  ~PictureMaker();
+
+  /// Whether there are as many rays a pixel as the film asks for.
+  bool done() const { return rays_ >= film_.samples; }
+  /// As many rays as all before. Where the listener ends the work, this picture cannot go on.
+  void pass(const Shading& shading, Progress& progress);
+  Picture picture() const;
+
+ private:
+  struct Sums;
+
+  LookAt look_;
+  Film film_;
+  std::uint64_t seed_;
+  int rays_ = 0;  ///< a pixel, so far
+  std::vector<Sums> pixels_;
+  std::string detail_;
+};
 
 Picture render_picture(const Shading& shading, const Camera& camera, const Film& film,
                        std::uint64_t seed, Progress& progress);

@@ -27,6 +27,11 @@ Colour of_triangle(const std::array<std::vector<double>, 3>& channels, std::size
   return {channels[0][triangle], channels[1][triangle], channels[2][triangle]};
 }
 
+/// Of radiance inside, what is outside.
+double leaves(double eta, double cosine) {
+  return (1.0 - fresnel_external(eta, std::clamp(cosine, 1e-6, 1.0))) / (eta * eta);
+}
+
 /// Triangles with a corner of one that faces the eye; all without one.
 std::vector<char> touching_those_that_face(const WorldObject& object,
                                            const std::optional<Vector3d>& eye) {
@@ -48,7 +53,8 @@ std::vector<char> touching_those_that_face(const WorldObject& object,
 }  // namespace
 
 Shading::Shading(const World& world, const LightSources& sources, const Environment* environment,
-                 const std::vector<ObjectExitance>& exitance, const std::optional<Vector3d>& eye)
+                 const std::vector<ObjectExitance>& exitance, const std::optional<Vector3d>& eye,
+                 Progress* progress)
     : world_(world), sources_(sources), environment_(environment), single_(world, sources) {
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const WorldObject& object = world.objects()[i];
@@ -69,7 +75,7 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
     });
     if (diffuse) corners.entering = average.of<Colour>(Colour::Zero(), entering);
     if (!sources_.empty()) {
-      const std::vector<Colour> once = exitance_once(i, eye);
+      const std::vector<Colour> once = exitance_once(i, eye, progress);
       corners.once = average.of<Colour>(Colour::Zero(), [&](std::size_t t) { return once[t]; });
     }
     corners_.push_back(std::move(corners));
@@ -77,17 +83,16 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
 }
 
 /// M₁ of every triangle that the eye may see, or whose corners it may.
-std::vector<Colour> Shading::exitance_once(std::size_t index,
-                                           const std::optional<Vector3d>& eye) const {
+std::vector<Colour> Shading::exitance_once(std::size_t index, const std::optional<Vector3d>& eye,
+                                           Progress* progress) const {
   const WorldObject& object = world_.objects()[index];
   const std::size_t triangles = object.surface.size();
   const std::size_t paths = std::clamp(paths_in_all / triangles, least_paths, most_paths);
   const std::vector<char> wanted = touching_those_that_face(object, eye);
   std::vector<Colour> once(triangles, Colour::Zero());
-  constexpr std::size_t triangles_at_once = 256;
-  for_rows(static_cast<int>((triangles + triangles_at_once - 1) / triangles_at_once), [&](int row) {
-    const std::size_t begin = static_cast<std::size_t>(row) * triangles_at_once;
-    for (std::size_t t = begin; t < std::min(triangles, begin + triangles_at_once); ++t) {
+  constexpr std::size_t triangles_at_once = 64, triangles_per_update = 2048;
+  const auto some = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
       if (wanted[t] == 0) continue;
       const std::uint64_t key = key_of({index, t});
       WorldHit hit;
@@ -102,7 +107,16 @@ std::vector<Colour> Shading::exitance_once(std::size_t index,
       }
       once[t] /= static_cast<double>(paths);
     }
-  });
+  };
+  for (std::size_t first = 0; first < triangles; first += triangles_per_update) {
+    const std::size_t last = std::min(triangles, first + triangles_per_update);
+    for_pieces(
+        last - first, triangles_at_once,
+        [&](std::size_t, std::size_t begin, std::size_t end) { some(first + begin, first + end); });
+    if (progress == nullptr) continue;
+    progress->update("light scattered once",
+                     static_cast<double>(last) / static_cast<double>(triangles), "");
+  }
   return once;
 }
 
@@ -112,6 +126,17 @@ Shading::Point Shading::point_at(const WorldHit& hit, const Vector3d& direction)
       interpolated(corners_[hit.object].normal[hit.triangle], hit.u, hit.v).normalized();
   constexpr double grazing = 0.02;  // where the smooth normal turns away, the triangle's is used
   if (smooth.dot(point.view) > grazing) point.normal = smooth;
+  const WorldObject& object = world_.objects()[hit.object];
+  point.roughness = object.roughness;
+  if (object.maps) {
+    const Rigid object_from_world = object.world_from_object.inverse();
+    const SurfaceMaps::Place place{hit.triangle, hit.u, hit.v, object_from_world * hit.position,
+                                   object_from_world.rotation * point.normal};
+    const Vector3d bumped = object.world_from_object.rotation * object.maps->normal(place);
+    if (bumped.dot(point.view) > grazing) point.normal = bumped;
+    point.roughness = object.maps->roughness(place, object.roughness);
+    point.reflectance = object.maps->reflectance(place);
+  }
   point.cosine = std::clamp(point.normal.dot(point.view), 1e-6, 1.0);
   return point;
 }
@@ -135,6 +160,10 @@ Shading::Seen Shading::seen(const Vector3d& origin, const Vector3d& direction, s
     seen.radiance = scattered_once(point.hit, point.view, sample, key_of({key, 3}));
   }
   seen.radiance += scattered(point, once) + reflected(point, sample, key_of({key, 4}));
+  if (point.reflectance.maxCoeff() > 0.0) seen.radiance += reflected_diffusely(point);
+  if (world_.objects()[hit->object].emission.maxCoeff() > 0.0) {
+    seen.radiance += emitted(point.hit, point.view, sample, key_of({key, 5}));
+  }
   return seen;
 }
 
@@ -158,17 +187,45 @@ Colour Shading::scattered(const Point& point, const Colour& once) const {
 Colour Shading::scattered_once(const WorldHit& hit, const Vector3d& view, std::uint32_t sample,
                                std::uint64_t key) const {
   const double eta = world_.objects()[hit.object].boundary.eta;
-  const double cosine = std::clamp(hit.normal.dot(view), 1e-6, 1.0);
   const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
   const auto [u, v] = sobol_point(sample, key);
-  return (1.0 - fresnel_external(eta, cosine)) / (eta * eta) *
-         single_.radiance_inside(hit, inward, u, v);
+  return leaves(eta, hit.normal.dot(view)) * single_.radiance_inside(hit, inward, u, v);
+}
+
+/// The same of light that the object emits.
+Colour Shading::emitted(const WorldHit& hit, const Vector3d& view, std::uint32_t sample,
+                        std::uint64_t key) const {
+  const double eta = world_.objects()[hit.object].boundary.eta;
+  const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
+  const auto [u, v] = sobol_point(sample, key);
+  return leaves(eta, hit.normal.dot(view)) * single_.emitted(hit, inward, u, v);
+}
+
+/// By the surface's own diffuse reflectance, on top of what it lets in and out.
+Colour Shading::reflected_diffusely(const Point& point) const {
+  Colour irradiance = Colour::Zero();
+  const Corners& corners = corners_[point.hit.object];
+  if (!corners.entering.empty()) {
+    const BoundaryConstants& boundary = world_.objects()[point.hit.object].boundary;
+    const double transmitted = boundary.eta * boundary.eta * (1.0 - boundary.r_phi);
+    irradiance =
+        interpolated(corners.entering[point.hit.triangle], point.hit.u, point.hit.v) / transmitted;
+  }
+  for (const auto& source : sources_) {
+    const Arrival arrival = source->at(point.hit.position);
+    const double cosine = -arrival.direction.dot(point.normal);
+    if (cosine <= 0.0 || arrival.direction.dot(point.hit.normal) >= 0.0) continue;
+    if (arrival.irradiance.maxCoeff() <= 0.0) continue;
+    if (world_.blocked(point.hit.position, -arrival.direction, arrival.distance)) continue;
+    irradiance += cosine * arrival.irradiance;
+  }
+  return point.reflectance * irradiance / pi;
 }
 
 Colour Shading::reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const {
   const WorldObject& object = world_.objects()[point.hit.object];
   if (object.boundary.eta == 1.0) return Colour::Zero();
-  const Ggx surface(object.boundary.eta, object.roughness);
+  const Ggx surface(object.boundary.eta, point.roughness);
   const Eigen::Matrix3d frame = frame_about(point.normal);
   Colour radiance = Colour::Zero();
   if (!surface.mirror()) radiance += reflected_lights(point, surface, frame);

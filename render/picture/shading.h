@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/progress.h"
 #include "render/light/environment.h"
 #include "render/picture/ggx.h"
 #include "render/picture/single_scattering.h"
@@ -29,10 +30,10 @@ struct ObjectExitance {
 class Shading {
  public:
   /// Keeps references to all but `exitance`, which is one per object. With an `eye` given, objects
-  /// are seen from there alone.
+  /// are seen from there alone. `progress` hears of the work on M₁, and may end it.
   Shading(const World& world, const LightSources& sources, const Environment* environment,
           const std::vector<ObjectExitance>& exitance,
-          const std::optional<Eigen::Vector3d>& eye = std::nullopt);
+          const std::optional<Eigen::Vector3d>& eye = std::nullopt, Progress* progress = nullptr);
   virtual ~Shading() = default;
 
   struct Seen {
@@ -46,9 +47,11 @@ class Shading {
  private:
   struct Point {
     WorldHit hit;
-    Eigen::Vector3d normal;  ///< interpolated; outward
+    Eigen::Vector3d normal;  ///< interpolated, with bumps; outward
     Eigen::Vector3d view;    ///< towards the camera
     double cosine = 1.0;     ///< of both
+    double roughness = 0.1;
+    Colour reflectance = Colour::Zero();  ///< diffuse, of the surface
   };
   struct Corners {
     std::vector<std::array<Eigen::Vector3d, 3>> normal;  ///< world's frame
@@ -59,13 +62,16 @@ class Shading {
 
   Point point_at(const WorldHit& hit, const Eigen::Vector3d& direction) const;
   Colour scattered(const Point& point, const Colour& once) const;
-  std::vector<Colour> exitance_once(std::size_t object,
-                                    const std::optional<Eigen::Vector3d>& eye) const;
+  std::vector<Colour> exitance_once(std::size_t object, const std::optional<Eigen::Vector3d>& eye,
+                                    Progress* progress) const;
   Colour scattered_once(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                         std::uint64_t key) const;
+  Colour emitted(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
+                 std::uint64_t key) const;
   Colour reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const;
   Colour reflected_lights(const Point& point, const Ggx& surface,
                           const Eigen::Matrix3d& frame) const;
+  Colour reflected_diffusely(const Point& point) const;
   Colour reflected_surroundings(const Point& point, const Ggx& surface,
                                 const Eigen::Matrix3d& frame, double u, double v) const;
 

@@ -78,6 +78,9 @@ class EyePath {
     return (part.here.extinction * ((1.0 - even_) * seen / within_ + even_ / whole_)).mean();
   }
 
+  /// Of light that sets out there for the eye, what arrives.
+  Colour arrives(double distance) const { return (-depth_at(at(distance), distance)).exp(); }
+
   /// Of irradiance there, what is scattered towards the eye and arrives [1/(mm sr)].
   Colour scattered_to_eye(double distance) const {
     const Part& part = at(distance);
@@ -191,6 +194,24 @@ Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& in
     arriving_here += arriving(hit.object, hit.position + *distance * inward, *source);
   }
   return path.scattered_to_eye(*distance) / path.density(*distance) * arriving_here;
+}
+
+Colour SingleScattering::emitted(const WorldHit& hit, const Vector3d& inward, double u,
+                                 double v) const {
+  const WorldObject& object = world_.objects()[hit.object];
+  double free_path = 0.0;
+  for (const auto& medium : object.media.channels) {
+    free_path = std::max(free_path, 3.0 * medium->largest().kappa);
+  }
+  const double farthest = std::min(world_.diameter(), dark * free_path);
+  const auto end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
+  const Rigid object_from_world = object.world_from_object.inverse();
+  EyePath path(object, object_from_world * hit.position, object_from_world.rotation * inward,
+               end ? end->distance : farthest, end.has_value());
+  const std::optional<double> distance = path.drawn(u, v);
+  if (!distance) return Colour::Zero();
+  return object.emission / (4.0 * std::numbers::pi) * path.arrives(*distance) /
+         path.density(*distance);
 }
 
 }  // namespace kappamu::render

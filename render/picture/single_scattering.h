@@ -24,6 +24,9 @@ class SingleScattering {
   Colour radiance_inside(const WorldHit& hit, const Eigen::Vector3d& inward, double u,
                          double v) const;
 
+  /// The same of light that the object emits itself and that does not scatter.
+  Colour emitted(const WorldHit& hit, const Eigen::Vector3d& inward, double u, double v) const;
+
  private:
   /// ∫ σt' ds of each channel along a path in the object.
   Colour optical_depth(const WorldObject& object, const Eigen::Vector3d& from,

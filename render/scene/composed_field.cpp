@@ -29,6 +29,7 @@ class SolidField : public MaterialField {
   double detail_mm() const override {
     return media_.channels[0]->voxel_mm().value_or(MaterialField::detail_mm());
   }
+  double deepest_mm() const override { return 0.0; }
 
  private:
   ObjectMedia media_;
@@ -38,6 +39,11 @@ using Fields = std::vector<std::unique_ptr<MaterialField>>;
 
 double finest(const Fields& fields, double own) {
   for (const auto& field : fields) own = std::min(own, field->detail_mm());
+  return own;
+}
+
+double deepest(const Fields& fields, double own) {
+  for (const auto& field : fields) own = std::max(own, field->deepest_mm());
   return own;
 }
 
@@ -60,6 +66,7 @@ class MixedField : public MaterialField {
     const bool veins = pattern_.kind == Pattern::Kind::veins;
     return finest(fields_, pattern_.size_mm * (veins ? std::min(0.5 * pattern_.width, 0.1) : 0.1));
   }
+  double deepest_mm() const override { return deepest(fields_, 0.0); }
 
  private:
   Fields fields_;
@@ -80,6 +87,11 @@ class LayeredField : public MaterialField {
   }
   double detail_mm() const override {
     return finest(fields_, 0.5 * *std::min_element(thickness_.begin(), thickness_.end()));
+  }
+  double deepest_mm() const override {
+    double bottom = 0.0;
+    for (const double thickness : thickness_) bottom += thickness;
+    return deepest(fields_, bottom);
   }
 
  private:
@@ -141,6 +153,7 @@ class PartedField : public MaterialField {
     for (const auto& part : parts_) detail = std::min(detail, part->detail_mm());
     return detail;
   }
+  double deepest_mm() const override { return around_->deepest_mm(); }
 
  private:
   std::unique_ptr<MaterialField> around_;

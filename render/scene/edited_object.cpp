@@ -26,8 +26,38 @@ EditedObject::EditedObject(const SceneObject& object, const TriangleMesh& rest,
                            const TriangleMesh& mesh, const RayCaster& rays,
                            std::optional<double> voxel_mm)
     : object_(object), rest_(&rest), mesh_(&mesh), rays_(&rays), voxel_mm_(voxel_mm) {
+  if (!object.edits) {
+    object_.deform_unedited = object.deform;
+  } else if (object.deform != object.deform_unedited) {
+    unedited_ = deformed(rest, object.deform_unedited);
+    at_unedited_ = make_embree_caster(unedited_);
+    mesh_ = &unedited_;
+    rays_ = at_unedited_.get();
+  }
   begin();
-  if (object.edits) do_scenes_edits();
+  if (object.edits) do_scenes_edits(mesh, rays);
+}
+
+std::unique_ptr<EditedBody> EditedObject::make_body(const TriangleMesh& mesh, const RayCaster& rays,
+                                                    const GridShape& shape) const {
+  return std::make_unique<EditedBody>(
+      mesh, rays, placing_.object_from_volume,
+      shape.voxel_mm * Eigen::Vector3d(shape.nx, shape.ny, shape.nz), placing_.wrap);
+}
+
+const EditedBody* EditedObject::body_of(const std::vector<Deformation>& deformations) {
+  if (deformed_ && deformed_->deformations == deformations) return deformed_->body.get();
+  auto shape = std::make_unique<Shape>();
+  shape->deformations = deformations;
+  shape->mesh = deformed(*rest_, deformations);
+  shape->rays = make_embree_caster(shape->mesh);
+  shape->body = make_body(shape->mesh, *shape->rays, history_->volume().shape());
+  deformed_ = std::move(shape);
+  return deformed_->body.get();
+}
+
+void EditedObject::require_body() const {
+  deformed_body(*rest_, history_->deformations());
 }
 
 void EditedObject::begin() {
@@ -41,27 +71,25 @@ void EditedObject::begin() {
   placing_.source = material->source;
   io::VolumeSet voxel = one_voxel(*material);
   if (object_.finish.eta) voxel.eta = object_.finish.eta;
-  history_ = std::make_unique<EditHistory>(std::move(voxel), [this] {
-    PlacedVolume placed = placed_volume(object_, *rest_, *mesh_, voxel_mm_, warnings_);
-    placing_ = std::move(placed.placing);
-    const GridShape& shape = placed.set.shape();
-    body_ = std::make_unique<EditedBody>(
-        *mesh_, *rays_, placing_.object_from_volume,
-        shape.voxel_mm * Eigen::Vector3d(shape.nx, shape.ny, shape.nz), placing_.wrap);
-    return EditHistory::Refined{std::move(placed.set), body_.get()};
-  });
+  history_ = std::make_unique<EditHistory>(
+      std::move(voxel),
+      [this] {
+        PlacedVolume placed = placed_volume(object_, *rest_, *mesh_, voxel_mm_, warnings_);
+        placing_ = std::move(placed.placing);
+        const GridShape& shape = placed.set.shape();
+        body_ = make_body(*mesh_, *rays_, shape);
+        return EditHistory::Refined{std::move(placed.set), body_.get()};
+      },
+      this);
 }
 
 void EditedObject::begin(io::VolumeSet set) {
   if (object_.finish.eta) set.eta = object_.finish.eta;
-  const GridShape& shape = set.shape();
-  body_ = std::make_unique<EditedBody>(
-      *mesh_, *rays_, placing_.object_from_volume,
-      shape.voxel_mm * Eigen::Vector3d(shape.nx, shape.ny, shape.nz), placing_.wrap);
-  history_ = std::make_unique<EditHistory>(std::move(set), body_.get());
+  body_ = make_body(*mesh_, *rays_, set.shape());
+  history_ = std::make_unique<EditHistory>(std::move(set), body_.get(), at_block_ ? nullptr : this);
 }
 
-void EditedObject::do_scenes_edits() {
+void EditedObject::do_scenes_edits(const TriangleMesh& mesh, const RayCaster& rays) {
   const Recipe recipe = read_recipe(*object_.edits);
   if (!voxel_mm_) voxel_mm_ = recipe.voxel_mm;
   std::vector<std::string> warnings;
@@ -69,6 +97,10 @@ void EditedObject::do_scenes_edits() {
   for (const std::string& warning : warnings) {
     warnings_.push_back(object_.edits->string() + ": " + warning);
   }
+  mesh_ = &mesh;
+  rays_ = &rays;
+  object_.deform_unedited = object_.deform;
+  deformed_.reset();
   if (history_->eta()) object_.finish.eta = history_->eta();
   if (history_->roughness()) object_.finish.roughness = *history_->roughness();
   if (const std::optional<HomogeneousMaterial> edited = homogeneous()) {

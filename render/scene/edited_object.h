@@ -14,7 +14,7 @@
 
 namespace kappamu::render {
 
-class EditedObject {
+class EditedObject : public EditedShapes {
  public:
   /// A volume by itself (io::find_volume): the block that it fills, as the first scene of a run has
   /// it, whose own frame has its origin at the block's centre.
@@ -40,13 +40,26 @@ class EditedObject {
   double roughness() const;
   /// As the object is now; the same ones until it changes.
   const ObjectMedia& media() const;
+  /// Throws InputError as deformed_body() where the edits leave a shape that is no body.
+  void require_body() const;
   /// Where the volume lies in the object.
   const Placing& placing() const { return placing_; }
 
  private:
+  /// Of a shape that edits have deformed.
+  struct Shape {
+    std::vector<Deformation> deformations;
+    TriangleMesh mesh;
+    std::unique_ptr<RayCaster> rays;
+    std::unique_ptr<EditedBody> body;
+  };
+  const std::vector<Deformation>& unedited() const override { return object_.deform_unedited; }
+  const EditedBody* body_of(const std::vector<Deformation>& deformations) override;
+  std::unique_ptr<EditedBody> make_body(const TriangleMesh& mesh, const RayCaster& rays,
+                                        const GridShape& shape) const;
   void begin();
   void begin(io::VolumeSet set);
-  void do_scenes_edits();
+  void do_scenes_edits(const TriangleMesh& mesh, const RayCaster& rays);
 
   SceneObject object_;
   TriangleMesh block_;                   ///< of a volume by itself
@@ -56,7 +69,10 @@ class EditedObject {
   std::optional<double> voxel_mm_;
   std::vector<std::string> warnings_;
   Placing placing_;
+  TriangleMesh unedited_;  ///< where the scene's own edits deform the object
+  std::unique_ptr<RayCaster> at_unedited_;
   std::unique_ptr<EditedBody> body_;  ///< none: homogeneous so far
+  std::unique_ptr<Shape> deformed_;   ///< that was asked for last
   std::unique_ptr<EditHistory> history_;
   mutable std::optional<std::pair<std::size_t, ObjectMedia>> media_;  ///< with their revision
 };

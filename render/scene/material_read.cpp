@@ -76,6 +76,7 @@ HomogeneousMaterial file_of(const Node& node, const std::filesystem::path& folde
       homogeneous_material(scattering_of(node), absorption_of(read.attenuation));
   material.eta = read.eta;
   material.source = read.source;
+  material.file = choice.file;
   return material;
 }
 

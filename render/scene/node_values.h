@@ -9,7 +9,6 @@
 
 #include "io/json_node.h"
 #include "render/colour.h"
-#include "render/deform/deformation.h"
 
 namespace kappamu::render {
 
@@ -65,8 +64,5 @@ inline int whole_number(const io::JsonNode& node, int smallest, int largest) {
   node.number_between(smallest, largest);
   return node.integer();
 }
-
-/// The list "deform" of an object.
-std::vector<Deformation> read_deformations(const io::JsonNode& node);
 
 }  // namespace kappamu::render

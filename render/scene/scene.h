@@ -19,6 +19,7 @@
 #include "render/material/homogeneous.h"
 #include "render/material/pattern.h"
 #include "render/material/shell.h"
+#include "render/surface/surface_detail.h"
 
 namespace kappamu::render {
 
@@ -41,6 +42,7 @@ using Material =
 struct Finish {
   std::optional<double> eta;  ///< relative refractive index; none: the material's, or 1.3
   double roughness = 0.1;     ///< α of GGX; 0: a mirror
+  SurfaceDetail detail{};
 };
 
 /// Hair on an object's skin (docs/fur.md).
@@ -60,6 +62,9 @@ struct Fur {
   bool fins = true;                        ///< at silhouettes
   int bands = 5, rays = 1024;              ///< of the transfer
   std::uint64_t seed = 1;
+  /// Images by the mesh's texture coordinates (render/fur/coat.h): factors on length, density and
+  /// colour; red and green of the comb's are its direction along and across `comb`, 0.5 is none.
+  std::optional<std::filesystem::path> length_map, density_map, colour_map, comb_map;
 
   double tile() const { return tile_mm.value_or(2.0 * length_mm); }
 };
@@ -78,9 +83,12 @@ struct SceneObject {
   Material material;
   std::optional<std::filesystem::path> edits;  ///< a recipe (render/edit/edit.h) for its material
   Finish finish;
+  Colour emission = Colour::Zero();  ///< of all its volume, even in all directions [1/mm]
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   std::optional<Fur> fur;
-  std::vector<Deformation> deform;     ///< of the mesh that the fields above make, in this order
+  std::vector<Deformation> deform;  ///< of the mesh that the fields above make, in this order
+  /// Of an object with `edits`: its deformations before those of the edits.
+  std::vector<Deformation> deform_unedited;
   int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
   std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
 };
@@ -146,6 +154,8 @@ struct Camera {
   Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
   double fov_deg = 30.0;  ///< of the film's height
+
+  bool operator==(const Camera&) const = default;
 };
 
 struct Film {

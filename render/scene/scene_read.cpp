@@ -6,6 +6,8 @@
 #include "core/error.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
+#include "render/deform/deform_file.h"
+#include "render/edit/edit.h"
 #include "render/scene/material_read.h"
 #include "render/scene/node_values.h"
 #include "render/scene/scene.h"
@@ -20,18 +22,57 @@ using Eigen::Vector3d;
 constexpr const char* page = "docs/scene.md";
 constexpr double largest_light = 1e6;
 
-Finish read_finish(const Node& node) {
-  node.expect_fields({}, {"eta", "roughness"});
+SurfaceImage read_surface_image(const Node& node, const std::filesystem::path& folder) {
+  SurfaceImage image{path_of(node["image"], folder), std::nullopt};
+  if (node.has("size_mm")) {
+    const std::vector<Node> uv = node["size_mm"].exactly(2);
+    image.size_mm = Eigen::Vector2d(length_of(uv[0]), length_of(uv[1]));
+  }
+  return image;
+}
+
+SurfaceDetail read_detail(const Node& node, const std::filesystem::path& folder) {
+  SurfaceDetail detail;
+  if (node.has("bump")) {
+    node["bump"].expect_fields({"image", "depth_mm"}, {"size_mm"});
+    detail.bump = read_surface_image(node["bump"], folder);
+    detail.depth_mm = node["bump"]["depth_mm"].number_between(-largest_mm, largest_mm);
+  }
+  if (node.has("gloss")) {
+    const Node gloss = node["gloss"];
+    gloss.expect_fields({"image", "roughness"}, {"size_mm"});
+    detail.gloss = read_surface_image(gloss, folder);
+    const std::vector<Node> ends = gloss["roughness"].exactly(2);
+    detail.dull = ends[0].number_between(0.0, 1.0);
+    detail.glossy = ends[1].number_between(0.0, 1.0);
+  }
+  if (node.has("reflectance")) {
+    const Node reflectance = node["reflectance"];
+    reflectance.expect_fields({"colour"}, {"image", "size_mm"});
+    detail.reflectance = colour_of(reflectance["colour"], 1.0);
+    if (reflectance.has("image")) {
+      detail.reflectance_image = read_surface_image(reflectance, folder);
+    } else if (reflectance.has("size_mm")) {
+      reflectance["size_mm"].fail("is an image's; add 'image' or remove it");
+    }
+  }
+  return detail;
+}
+
+Finish read_finish(const Node& node, const std::filesystem::path& folder) {
+  node.expect_fields({}, {"eta", "roughness", "bump", "gloss", "reflectance"});
   Finish finish;
   if (node.has("eta")) finish.eta = node["eta"].number_between(1.0, 4.0);
   if (node.has("roughness")) finish.roughness = node["roughness"].number_between(0.0, 1.0);
+  finish.detail = read_detail(node, folder);
   return finish;
 }
 
-Fur read_fur(const Node& node) {
+Fur read_fur(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields({"length_mm"}, {"tile_mm", "width", "density", "curl", "lean", "comb",
                                      "comb_turn_deg", "root_colour", "tip_colour", "variation",
-                                     "reflectance", "shine", "fins", "bands", "rays", "seed"});
+                                     "reflectance", "shine", "fins", "bands", "rays", "seed",
+                                     "length_map", "density_map", "colour_map", "comb_map"});
   Fur fur;
   fur.length_mm = length_of(node["length_mm"]);
   const auto number = [&](const char* field, double smallest, double largest, double& value) {
@@ -58,19 +99,34 @@ Fur read_fur(const Node& node) {
   if (node.has("rays")) fur.rays = whole_number(node["rays"], 16, 65536);
   if (node.has("seed"))
     fur.seed = static_cast<std::uint64_t>(whole_number(node["seed"], 0, 1 << 30));
+  const auto map = [&](const char* field, std::optional<std::filesystem::path>& file) {
+    if (node.has(field)) file = path_of(node[field], folder);
+  };
+  map("length_map", fur.length_map);
+  map("density_map", fur.density_map);
+  map("colour_map", fur.colour_map);
+  map("comb_map", fur.comb_map);
   return fur;
 }
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"name", "size_mm", "material"},
-                     {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm",
-                      "turn_deg", "surface", "polycube", "fur", "deform", "edits"});
+  node.expect_fields(
+      {"name", "size_mm", "material"},
+      {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm", "turn_deg", "surface",
+       "polycube", "fur", "deform", "edits", "emission_per_mm"});
   SceneObject object = read_solid(node, folder);
   if (node.has("edits")) object.edits = path_of(node["edits"], folder);
-  if (node.has("surface")) object.finish = read_finish(node["surface"]);
+  if (node.has("surface")) object.finish = read_finish(node["surface"], folder);
+  if (node.has("emission_per_mm")) {
+    object.emission = colour_of(node["emission_per_mm"], largest_light);
+  }
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
-  if (node.has("fur")) object.fur = read_fur(node["fur"]);
+  if (node.has("fur")) object.fur = read_fur(node["fur"], folder);
   if (node.has("deform")) object.deform = read_deformations(node["deform"]);
+  object.deform_unedited = object.deform;
+  if (object.edits) {
+    for (const Edit& edit : read_recipe(*object.edits).edits) edit.deform_on(object.deform);
+  }
   return object;
 }
 
@@ -235,6 +291,10 @@ Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& fi
 
 void add_files(const Material& material, std::vector<std::filesystem::path>& files) {
   if (const auto* volume = std::get_if<VolumeMaterial>(&material)) files.push_back(volume->volume);
+  if (const auto* even = std::get_if<HomogeneousMaterial>(&material);
+      even != nullptr && even->file) {
+    files.push_back(*even->file);
+  }
   const auto* composed = std::get_if<std::shared_ptr<const ComposedMaterial>>(&material);
   if (composed == nullptr) return;
   for (const Material& one : (*composed)->materials) add_files(one, files);
@@ -268,6 +328,10 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
     add_files(object.material, files);
     if (object.polycube) files.push_back(*object.polycube);
     if (object.edits) files.push_back(*object.edits);
+    const SurfaceDetail& detail = object.finish.detail;
+    for (const auto& image : {detail.bump, detail.gloss, detail.reflectance_image}) {
+      if (image) files.push_back(image->file);
+    }
   }
   for (const Light& light : scene.lights) {
     if (const auto* projector = std::get_if<ProjectorLight>(&light)) {

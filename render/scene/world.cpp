@@ -1,6 +1,7 @@
 #include "render/scene/world.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/process_memory.h"
@@ -42,6 +43,14 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.media = edited.media();
   made.boundary = boundary_constants(made.media.eta.value_or(1.3));
   made.roughness = *made.media.roughness;
+  if (object.finish.detail.any()) {
+    try {
+      made.maps = std::make_shared<const SurfaceMaps>(object.finish.detail, made.mesh);
+    } catch (const InputError& error) {
+      throw InputError("object '" + object.name + "': " + error.what());
+    }
+  }
+  made.emission = object.emission;
   return made;
 }
 
@@ -90,12 +99,17 @@ World::World(const Scene& scene, std::vector<std::string>& warnings) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const std::string name = "light " + std::to_string(i + 1);
     if (const auto* point = std::get_if<PointLight>(&scene.lights[i])) {
-      expect_outside(point->position_mm, name);
+      if (const auto object = object_at(point->position_mm)) {
+        const double sphere = 4.0 * std::numbers::pi * point->at_mm * point->at_mm;
+        inner_lights_.push_back({*object, point->position_mm, sphere * point->irradiance});
+        continue;
+      }
     } else if (const auto* spot = std::get_if<SpotLight>(&scene.lights[i])) {
       expect_outside(spot->point.position_mm, name);
     } else if (const auto* projector = std::get_if<ProjectorLight>(&scene.lights[i])) {
       expect_outside(projector->point.position_mm, name);
     }
+    outer_lights_.push_back(scene.lights[i]);
   }
 }
 
@@ -122,7 +136,9 @@ void World::move(std::size_t object, std::vector<Vector3d> vertices) {
 }
 
 World::World(const World& other)
-    : first_triangle_(other.first_triangle_),
+    : inner_lights_(other.inner_lights_),
+      outer_lights_(other.outer_lights_),
+      first_triangle_(other.first_triangle_),
       triangles_(other.triangles_),
       vertices_(other.vertices_),
       skin_(other.skin_),
@@ -132,8 +148,9 @@ World::World(const World& other)
 }
 
 WorldObject WorldObject::copy() const {
-  return {name,  rest,     mesh,     surface,  world_from_object, make_embree_caster(mesh),
-          media, polycube, boundary, roughness};
+  return {
+      name,     rest,     mesh,      surface, world_from_object, make_embree_caster(mesh), media,
+      polycube, boundary, roughness, maps,    emission};
 }
 
 std::optional<WorldHit> World::first_hit(const Vector3d& origin, const Vector3d& direction,

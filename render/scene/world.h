@@ -14,6 +14,7 @@
 #include "render/embree_caster.h"
 #include "render/scene/object_media.h"
 #include "render/scene/scene.h"
+#include "render/surface/surface_maps.h"
 
 namespace kappamu::render {
 
@@ -28,10 +29,19 @@ struct WorldObject {
   std::optional<Polycube> polycube;  ///< that a person has drawn
   BoundaryConstants boundary;
   double roughness = 0.1;
+  std::shared_ptr<const SurfaceMaps> maps;  ///< none: a plain surface
+  Colour emission = Colour::Zero();         ///< of all its volume, even in all directions [1/mm]
 
   WorldObject copy() const;
   /// `polycube`, or nullptr.
   const Polycube* drawn() const { return polycube ? &*polycube : nullptr; }
+};
+
+/// A point light within a body.
+struct InnerLight {
+  std::size_t object = 0;
+  Eigen::Vector3d position_mm;  ///< in the world's frame
+  Colour power;                 ///< [mm²]
 };
 
 /// Where a ray meets an object, in the world's frame.
@@ -46,13 +56,16 @@ struct WorldHit {
 class World {
  public:
   /// Reads everything the scene names. Throws InputError naming object, light or camera: no mesh,
-  /// no volume, a deformation that the shape does not bear, objects that overlap, a light or the
-  /// camera inside an object.
+  /// no volume, a deformation that the shape does not bear, objects that overlap, the camera or a
+  /// spot or projector inside an object.
   World(const Scene& scene, std::vector<std::string>& warnings);
   /// A second world of the same media, whose shapes move on their own.
   World(const World& other);
 
   const std::vector<WorldObject>& objects() const { return objects_; }
+  const std::vector<InnerLight>& inner_lights() const { return inner_lights_; }
+  /// The scene's lights that are in no object.
+  const std::vector<Light>& outer_lights() const { return outer_lights_; }
   /// An object's material, edited; index and roughness stay where the media state none.
   void set_media(std::size_t object, ObjectMedia media);
   /// An object's vertices, moved; its triangles, and what it is made of, stay. Objects may overlap
@@ -78,6 +91,8 @@ class World {
   void expect_outside(const Eigen::Vector3d& point, const std::string& what) const;
 
   std::vector<WorldObject> objects_;
+  std::vector<InnerLight> inner_lights_;
+  std::vector<Light> outer_lights_;
   std::vector<std::size_t> first_triangle_;    ///< of each object in the common mesh
   std::vector<std::array<int, 3>> triangles_;  ///< of all objects
   std::vector<Eigen::Vector3d> vertices_;      ///< of all objects, in the world's frame

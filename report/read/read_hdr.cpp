@@ -40,14 +40,15 @@ std::vector<std::string> channel_names(const io::ExrImage& image) {
 io::ExrImage sampled(const std::filesystem::path& file) {
   constexpr int sampled_pixels = 640;
   io::ExrImage sample;
+  int step = 1;
   const auto open = [&](const io::ExrHeader& header) -> io::TakeExrRows {
     const int width = header.data.width, height = header.data.height;
-    const int step = std::max(1, std::max(width, height) / sampled_pixels);
+    step = std::max(1, std::max(width, height) / sampled_pixels);
     sample.width = (width + step - 1) / step;
     sample.height = (height + step - 1) / step;
     std::vector<std::vector<float>*> planes;
     for (const std::string& name : header.channels) planes.push_back(&sample.channels[name]);
-    return [planes, width, step](int first, int rows, const float* values) {
+    return [planes, width, step = step](int first, int rows, const float* values) {
       for (int row = 0; row < rows; ++row) {
         if ((first + row) % step != 0) continue;
         for (int x = 0; x < width; x += step) {
@@ -59,7 +60,7 @@ io::ExrImage sampled(const std::filesystem::path& file) {
       }
     };
   };
-  io::read_exr_rows(file, open);
+  io::read_exr_rows(file, open, {}, [&](const io::ExrHeader&) { return step; });
   return sample;
 }
 

@@ -140,7 +140,7 @@ Subject boundary_subject() {
   return {"boundary",
           "Error, cost and memory of boundary integrals against triangles "
           "(docs/boundary-integral.md)",
-          R"(  kappamu bench boundary -o out/
+          R"(  kappamu-studies boundary -o out/
 
 One resolution, one light, an exact solution prescribed. error: of the fluence at the
 centroids, relative 2-norm; sum_error: of it, what fast sums and linear solver add,

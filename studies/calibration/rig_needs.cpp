@@ -251,8 +251,8 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 Subject rig_subject() {
   return {"rig",
           "Calibration views and exposures a rig needs (docs/calibration.md, docs/hdr.md)",
-          R"(  kappamu bench rig -o out/            four rigs: six minutes of CPU
-  kappamu bench rig --quick -o out/    one rig, fewer counts: a minute
+          R"(  kappamu-studies rig -o out/            four rigs: six minutes of CPU
+  kappamu-studies rig --quick -o out/    one rig, fewer counts: a minute
 
 Simulated rigs of the sample tiny: the change that corners of so many views, or stacks
 of so many exposures, bring into measurements, kappa and mu; found by fitting again, and

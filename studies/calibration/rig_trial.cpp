@@ -6,9 +6,9 @@
 #include "calib/lens/pose_numbers.h"
 #include "capture/radiance/merge.h"
 #include "core/error.h"
-#include "data_synthetic/rig/rig_corners.h"
 #include "data_synthetic/simulate.h"
 #include "io/image/image_file.h"
+#include "studies/calibration/rig_corners.h"
 
 namespace kappamu::studies {
 
@@ -64,7 +64,7 @@ Lenses drawn(const calib::JointCalibration& joint, std::mt19937_64& random) {
 
 calib::JointCalibration calibrate_corners(const synthetic::Rig& rig, double noise_px,
                                           std::mt19937_64& random) {
-  const synthetic::RigCorners corners = synthetic::seen_corners(rig, noise_px, random);
+  const RigCorners corners = seen_corners(rig, noise_px, random);
   const calib::CameraCalibration camera = calib::calibrate_camera(
       corners.views, rig.board.square_mm, rig.camera_lens.width, rig.camera_lens.height);
   const calib::ProjectorCalibration projector =

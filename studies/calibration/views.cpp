@@ -7,7 +7,7 @@
 
 #include "calib/lens/projection_uncertainty.h"
 #include "core/error.h"
-#include "data_synthetic/rig/rig_corners.h"
+#include "studies/calibration/rig_corners.h"
 #include "studies/subjects.h"
 
 namespace kappamu::studies {
@@ -22,8 +22,7 @@ void add_run(const synthetic::Rig& rig, const ViewsOptions& options, std::mt1993
   poses.resize(static_cast<std::size_t>(sums.views));
   std::vector<calib::BoardView> views;
   for (const Rigid& pose : poses) {
-    views.push_back(
-        synthetic::seen_board(rig.camera_lens, rig.board, pose, options.corner_noise_px, random));
+    views.push_back(seen_board(rig.camera_lens, rig.board, pose, options.corner_noise_px, random));
   }
   const calib::Lens& truth = rig.camera_lens;
   calib::CameraCalibration found;
@@ -101,8 +100,8 @@ void run_views(const Request& request, Progress& progress, const Save& save) {
 Subject views_subject() {
   return {"calibration",
           "Error of a camera calibration against the number of board views (docs/calibration.md)",
-          R"(  kappamu bench calibration -o out/            3 to 40 views, 60 runs each: minutes
-  kappamu bench calibration --quick -o out/    seconds
+          R"(  kappamu-studies calibration -o out/            3 to 40 views, 60 runs each: minutes
+  kappamu-studies calibration --quick -o out/    seconds
 
 Of the projection at the sample's distance over the whole frame and of the focal length,
 each against what the calibrations state themselves.)",

@@ -1,4 +1,4 @@
-"""`kappamu bench validity` and `slabs`: where diffusion holds."""
+"""`kappamu-studies validity` and `slabs`: where diffusion holds."""
 import math
 import statistics
 

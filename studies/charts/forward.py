@@ -1,4 +1,4 @@
-"""`kappamu bench forward`."""
+"""`kappamu-studies forward`."""
 import math
 
 from charts.common import GREY, dress, line, panels, percent, provenance, table, unique

@@ -1,4 +1,4 @@
-"""`kappamu bench inverse` and `uncertainty`."""
+"""`kappamu-studies inverse` and `uncertainty`."""
 import math
 import statistics
 

@@ -1,4 +1,4 @@
-"""`kappamu bench limits`."""
+"""`kappamu-studies limits`."""
 from charts.common import cross, fine_percent, flat, percent, short
 
 

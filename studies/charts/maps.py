@@ -1,4 +1,4 @@
-"""Exitance over objects, drawn (`kappamu bench objects`)."""
+"""Exitance over objects, drawn (`kappamu-studies objects`)."""
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy

@@ -1,4 +1,4 @@
-"""`kappamu bench objects`: models of objects against Monte Carlo, their costs, stated errors and the automatic choice."""
+"""`kappamu-studies objects`: models of objects against Monte Carlo, their costs, stated errors and the automatic choice."""
 import statistics
 
 from charts.common import MARKS, PlainNumbers, cross, dress, fine_percent, line, panels, percent, provenance, short, table, unique

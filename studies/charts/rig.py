@@ -1,4 +1,4 @@
-"""`kappamu bench calibration`, `rig` and `hdr`."""
+"""`kappamu-studies calibration`, `rig` and `hdr`."""
 from charts.common import dress, fine_percent, line, panels, percent, table, unique
 
 

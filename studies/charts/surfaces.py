@@ -1,4 +1,4 @@
-"""`kappamu bench polygrid` and `dipole`."""
+"""`kappamu-studies polygrid` and `dipole`."""
 import matplotlib.pyplot as plt
 
 from charts.common import dress, line, panels, percent, provenance, table, unique

@@ -8,10 +8,10 @@
 
 #include "core/processor_time.h"
 #include "forward/dipole/form_factor/form_factor.h"
-#include "forward/dipole/form_factor/quadrature.h"
 #include "studies/forward/slab_photons.h"
 #include "studies/subjects.h"
 #include "tests/cases/form_factor_case.h"
+#include "tests/cases/form_factor_quadrature.h"
 
 namespace kappamu::studies {
 
@@ -53,7 +53,8 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
     progress.update("bench dipole", 0.8 * i / cases, "form factors by quadrature");
     all.push_back(form_factor_case(request.seed + 1, static_cast<std::uint64_t>(i)));
     profile.push_back(make_profile("dipole", all.back().material, 1.3));
-    exact.push_back(quadrature_form_factor(profile.back(), all.back().triangle, all.back().point));
+    exact.push_back(
+        test_cases::quadrature_form_factor(profile.back(), all.back().triangle, all.back().point));
   }
   Json rows = Json::array();
   for (const Method& method : methods) {
@@ -144,7 +145,7 @@ void dipole_energy(const Request& /*request*/, Progress& progress, const Save& s
 Subject dipole_subject() {
   return {"dipole",
           "Cost and error of the dipole's hierarchy, form factors and profiles (docs/dipole.md)",
-          R"(  kappamu bench dipole -o out/
+          R"(  kappamu-studies dipole -o out/
 
 Times are medians of wall-clock and processor time over repetitions, by section
 hierarchy; a machine that is busy shows in the first, not in the second.)",

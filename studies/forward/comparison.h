@@ -1,5 +1,5 @@
-// Samples of `kappamu bench forward` as JSON, and what they say of one another: times at equal true
-// error.
+// Samples of `kappamu-studies forward` as JSON, and what they say of one another: times at equal
+// true error.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 #include "studies/forward/forward_bench.h"
+#include "studies/forward/bandwidth.h"
 
 #include <sys/sysinfo.h>
 
@@ -7,7 +8,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "device/bandwidth.h"
 #include "studies/baseline/baseline_model.h"
 #include "studies/forward/comparison.h"
 #include "studies/forward/kernels.h"
@@ -48,7 +48,7 @@ class Bench {
     // The host's is not that of a card.
     copy_bandwidth_ = device == "reference"
                           ? host_copy_bandwidth()
-                          : device::measured_copy_bandwidth(device::Context::of(
+                          : measured_copy_bandwidth(device::Context::of(
                                 device::choose(device::list_devices(), device).index));
     head_ = {{"device", choice.solver->backend()},
              {"machine", {{"copy_bandwidth_bytes_per_second", copy_bandwidth_}}},
@@ -284,9 +284,9 @@ Subject forward_subject() {
   return {
       "forward",
       "Time and true error of every method that solves the diffusion equation",
-      R"(  kappamu bench forward -o out/bench                    all sections, about half an hour
-  kappamu bench forward -o out/bench --section peers    one
-  kappamu bench forward -o out/bench --quick            toy grids, seconds
+      R"(  kappamu-studies forward -o out/bench                    all sections, about half an hour
+  kappamu-studies forward -o out/bench --section peers    one
+  kappamu-studies forward -o out/bench --quick            toy grids, seconds
 
 seconds_per_rhs: median over repetitions of the solve of all patterns from zero, divided by
 their number, plus the set-up that a change of kappa and mu asks for, shared by the 16

@@ -1,4 +1,5 @@
 #include "studies/forward/kernels.h"
+#include "studies/forward/bandwidth.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +8,6 @@
 
 #include "core/error.h"
 #include "core/processor_time.h"
-#include "device/bandwidth.h"
 #include "device/context.h"
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
 #include "studies/record.h"
@@ -106,7 +106,7 @@ KernelProfile profile_kernels(const ProblemSpec& spec, const std::string& device
 
   KernelProfile profile;
   profile.precision = single ? "single" : "double";
-  profile.bandwidth = device::measured_copy_bandwidth(context);
+  profile.bandwidth = measured_copy_bandwidth(context);
   std::vector<double> walls;
   std::vector<std::string> order;
   std::map<std::string, std::vector<double>> seconds;
@@ -129,7 +129,7 @@ KernelProfile profile_kernels(const ProblemSpec& spec, const std::string& device
       list.push_back(launch.seconds);
     }
   }
-  profile.bandwidth = std::max(profile.bandwidth, device::measured_copy_bandwidth(context));
+  profile.bandwidth = std::max(profile.bandwidth, measured_copy_bandwidth(context));
   profile.solve_seconds = median(walls);
   const std::size_t coarse_cells = forward::coarser_grid(spec.shape).cells();
   for (const std::string& kernel : order) {

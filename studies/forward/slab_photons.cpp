@@ -7,17 +7,11 @@
 #include <random>
 
 #include "core/error.h"
+#include "forward/lateral/slides.h"
 
 namespace kappamu::studies {
 
 namespace {
-
-/// Intensity reflectances {parallel, perpendicular} between two clear media.
-std::array<double, 2> fresnel(double n1, double cos1, double n2, double cos2) {
-  const double p = (n1 * cos2 - n2 * cos1) / (n1 * cos2 + n2 * cos1);
-  const double s = (n1 * cos1 - n2 * cos2) / (n1 * cos1 + n2 * cos2);
-  return {p * p, s * s};
-}
 
 /// Uniform in (0, 1): the standard library's distributions differ between implementations.
 class Stream {
@@ -83,7 +77,7 @@ class Tracer {
 
  private:
   double reflectance(double cosine) const {
-    return slide_reflectance(slab_.n_sample, slab_.n_slide, cosine);
+    return forward::slide_reflectance(slab_.n_sample, slab_.n_slide, cosine);
   }
   OpticalSlab slab_;
   double sigma_s_, sigma_t_;
@@ -91,26 +85,6 @@ class Tracer {
 };
 
 }  // namespace
-
-double slide_reflectance(double n_sample, double n_slide, double cos_sample) {
-  const double sine = n_sample * std::sqrt(std::max(0.0, 1.0 - cos_sample * cos_sample));
-  if (sine >= 1.0) return 1.0;  // total reflection, in the slide or before it
-  const double cos_air = std::sqrt(1.0 - sine * sine);
-  if (n_slide == 1.0) {
-    const auto r = fresnel(n_sample, cos_sample, 1.0, cos_air);
-    return 0.5 * (r[0] + r[1]);
-  }
-  const double in_slide = sine / n_slide;
-  if (in_slide >= 1.0) return 1.0;
-  const double cos_slide = std::sqrt(1.0 - in_slide * in_slide);
-  const auto first = fresnel(n_sample, cos_sample, n_slide, cos_slide);
-  const auto second = fresnel(n_slide, cos_slide, 1.0, cos_air);
-  double sum = 0.0;
-  for (std::size_t k = 0; k < 2; ++k) {
-    sum += (first[k] + second[k] - 2.0 * first[k] * second[k]) / (1.0 - first[k] * second[k]);
-  }
-  return 0.5 * sum;
-}
 
 SlabTotals trace_slab(const OpticalSlab& slab, Incidence incidence, std::uint64_t photons,
                       std::uint64_t seed) {

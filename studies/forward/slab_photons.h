@@ -8,11 +8,6 @@
 
 namespace kappamu::studies {
 
-/// Unpolarised reflectance of sample | slide | air, all internal reflections of a clear slide
-/// summed incoherently; `cos_sample` is the cosine of the angle to the normal in the sample.
-/// Snell's law makes it the same from outside at the refracted angle. Dimensionless.
-double slide_reflectance(double n_sample, double n_slide, double cos_sample);
-
 struct OpticalSlab {
   double n_sample = 1.33, n_slide = 1.0;  ///< a slide of index 1 is none
   double thickness = 1.0;                 ///< [mm]

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "forward/analytic/layered_mode.h"
+#include "forward/lateral/slides.h"
 #include "forward/light/beam_column.h"
 #include "studies/subjects.h"
 
@@ -18,7 +19,7 @@ namespace {
 /// Standard error that totals of an integrating sphere are taken to have [share of incident light].
 constexpr double sphere_error = 0.002;
 
-/// ∫₀¹ f dc by the midpoint rule: slides have corners at two critical angles, and 1e-6 is enough.
+/// ∫₀¹ f dc by the midpoint rule.
 template <class F>
 double mean(F f) {
   constexpr int n = 20000;
@@ -31,13 +32,13 @@ double mean(F f) {
 double diffuse_surface_reflectance(const OpticalSlab& slab) {
   return mean([&](double c) {
     const double inside = std::sqrt(1.0 - (1.0 - c * c) / (slab.n_sample * slab.n_sample));
-    return 2.0 * c * slide_reflectance(slab.n_sample, slab.n_slide, inside);
+    return 2.0 * c * forward::slide_reflectance(slab.n_sample, slab.n_slide, inside);
   });
 }
 
 /// Specular and unscattered light, exact whatever the model of the rest.
 SlabTotals unscattered(const OpticalSlab& slab) {
-  const double r = slide_reflectance(slab.n_sample, slab.n_slide, 1.0), t = 1.0 - r;
+  const double r = forward::slide_reflectance(slab.n_sample, slab.n_slide, 1.0), t = 1.0 - r;
   const double sigma_s = slab.sigma_s_prime / (1.0 - slab.anisotropy);
   const std::array depth{(slab.sigma_a + sigma_s) * slab.thickness};
   forward::BeamColumn beam(r);
@@ -95,23 +96,8 @@ std::vector<std::string> files_of(const std::vector<SlabComparison>& rows) {
 
 }  // namespace
 
-BoundaryConstants slide_constants(double n_sample, double n_slide) {
-  const auto moment = [&](int power) {
-    return mean([&](double c) {
-      return (power + 1) * std::pow(c, power) * slide_reflectance(n_sample, n_slide, c);
-    });
-  };
-  BoundaryConstants constants;
-  constants.eta = n_sample;
-  constants.r_phi = moment(1);
-  constants.r_j = moment(2);
-  constants.A = (1.0 + constants.r_j) / (1.0 - constants.r_phi);
-  constants.normal_transmittance = 1.0 - slide_reflectance(n_sample, n_slide, 1.0);
-  return constants;
-}
-
 SlabTotals diffuse_slab(const OpticalSlab& slab, Incidence incidence) {
-  const BoundaryConstants constants = slide_constants(slab.n_sample, slab.n_slide);
+  const BoundaryConstants constants = forward::slide_constants(slab.n_sample, slab.n_slide);
   const double extinction = slab.sigma_a + slab.sigma_s_prime;
   const std::vector<forward::Layer> layer{{1.0 / (3.0 * extinction), slab.sigma_a, slab.thickness}};
   SlabTotals totals;
@@ -246,7 +232,7 @@ void measure_slabs(const Request& request, Progress& progress, const Save& save)
 Subject slabs_subject() {
   return {"slabs",
           "Totals of measured slabs predicted by diffusion and by Monte Carlo (docs/validity.md)",
-          R"(  kappamu bench slabs --data ../shared/data/slab-rt-iad -o out/
+          R"(  kappamu-studies slabs --data ../shared/data/slab-rt-iad -o out/
 
 From coefficients that inverse adding-doubling found: median |predicted - measured| of
 total reflectance M_R and transmittance M_T, by file. The folder holds peer_iad.csv and

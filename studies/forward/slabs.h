@@ -16,16 +16,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/optics.h"
 #include "studies/forward/slab_data.h"
 #include "studies/forward/slab_fit.h"
 #include "studies/forward/slab_photons.h"
 #include "studies/subject.h"
 
 namespace kappamu::studies {
-
-/// Fresnel moments of a surface behind a slide, as boundary_constants() has them without.
-BoundaryConstants slide_constants(double n_sample, double n_slide);
 
 /// Diffusion: closed form, first-collision source, exact A of the slide; standard errors 0. Diffuse
 /// incidence enters through q, after the surface's own diffuse reflection.

@@ -132,15 +132,16 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 }  // namespace
 
 Subject validity_subject() {
-  return {"validity",
-          "Error of diffusion against Monte Carlo over albedo and thickness (docs/validity.md)",
-          R"(  kappamu bench validity -o out/            56 slabs, 10^6 photons each: a few minutes
-  kappamu bench validity --quick -o out/    9 slabs, 10^5 photons each: seconds
+  return {
+      "validity",
+      "Error of diffusion against Monte Carlo over albedo and thickness (docs/validity.md)",
+      R"(  kappamu-studies validity -o out/            56 slabs, 10^6 photons each: a few minutes
+  kappamu-studies validity --quick -o out/    9 slabs, 10^5 photons each: seconds
 
 Reflected and transmitted totals, and the maps of both faces under a patch. From the
 record studies/bench_charts.py also writes validity_table.inc, which forward/analytic/
 holds a copy of for the program's own warnings.)",
-          {{"validity", "all slabs", measure}}};
+      {{"validity", "all slabs", measure}}};
 }
 
 }  // namespace kappamu::studies

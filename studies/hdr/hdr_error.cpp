@@ -215,7 +215,7 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 Subject hdr_subject() {
   return {"hdr",
           "Error and CPU time of merged radiance against the number of exposures (docs/hdr.md)",
-          R"(  kappamu bench hdr -o out/
+          R"(  kappamu-studies hdr -o out/
 
 Ours beside OpenCV's merges, on a simulated eight-bit camera; every method gets its true
 response.)",

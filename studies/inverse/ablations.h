@@ -1,5 +1,5 @@
 // What the fit's defaults gain under light it never saw (docs/theory.md, section 4): patterns held
-// out, regularisers, losses where there are outliers. Sections of `kappamu bench inverse`.
+// out, regularisers, losses where there are outliers. Sections of `kappamu-studies inverse`.
 #pragma once
 
 #include "studies/subject.h"

@@ -1,5 +1,5 @@
 // Standard deviations of fits against the truth, over blocks no choice has seen. A section of
-// `kappamu bench inverse`.
+// `kappamu-studies inverse`.
 #pragma once
 
 #include <vector>

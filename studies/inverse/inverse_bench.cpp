@@ -260,9 +260,9 @@ Subject inverse_subject() {
   return {
       "inverse",
       "What fits cost and how good their volumes are, under light they never saw",
-      R"(  kappamu bench inverse -o out/bench                      all sections, about half an hour
-  kappamu bench inverse -o out/bench --section scores     one
-  kappamu bench inverse -o out/bench --small              smaller blocks, minutes
+      R"(  kappamu-studies inverse -o out/bench                      all sections, about half an hour
+  kappamu-studies inverse -o out/bench --section scores     one
+  kappamu-studies inverse -o out/bench --small              smaller blocks, minutes
 
 Truths are smooth random fields of contrast 4 with two boxes, solved on a grid twice as fine
 as the fitted one; data get Gaussian noise relative to each value, with a floor.

@@ -102,8 +102,8 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 Subject uncertainty_subject() {
   return {"uncertainty",
           "The standard deviations of a fit proved by sampling, and the cost of each estimate",
-          R"(  kappamu bench uncertainty -o out/bench            12 x 12 x 6 voxels, some minutes
-  kappamu bench uncertainty -o out/bench --small    8 x 8 x 4 voxels, under a minute
+          R"(  kappamu-studies uncertainty -o out/bench            12 x 12 x 6 voxels, some minutes
+  kappamu-studies uncertainty -o out/bench --small    8 x 8 x 4 voxels, under a minute
 
 A block is fitted to data from a grid twice as fine; its posterior is made of dense
 matrices. Then (a) data get fresh noise and the full objective is minimised again, with the

@@ -1,5 +1,5 @@
 // The fit as it stands on blocks that no choice has seen, beside the same fits of another build. A
-// section of `kappamu bench inverse`.
+// section of `kappamu-studies inverse`.
 #pragma once
 
 #include "studies/subject.h"

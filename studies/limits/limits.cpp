@@ -15,8 +15,8 @@ void rows(const Request& request, Progress& progress, const Save& save) {
 Subject limits_subject() {
   return {"limits",
           "Where the solver and the fit meet their limits: every table of docs/limits.md",
-          R"(  kappamu bench limits -o out/bench                              all: some minutes
-  kappamu bench limits -o out/bench --section contrast size      two of them
+          R"(  kappamu-studies limits -o out/bench                              all: some minutes
+  kappamu-studies limits -o out/bench --section contrast size      two of them
   studies/bench.sh limits                                        and renew the page
 
 Errors are distances to the solution of the grid's equations (double, refined in long

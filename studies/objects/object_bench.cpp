@@ -63,9 +63,9 @@ Subject objects_subject() {
   return {
       "objects",
       "Error and time of every model of objects, against Monte Carlo on the same scenes",
-      R"(  kappamu bench objects -o out/bench                           all, half an hour
-  kappamu bench objects -o out/bench --scenes bob --models embedded
-  kappamu bench objects -o out/bench --quick                   two toy scenes, seconds
+      R"(  kappamu-studies objects -o out/bench                           all, half an hour
+  kappamu-studies objects -o out/bench --scenes bob --models embedded
+  kappamu-studies objects -o out/bench --quick                   two toy scenes, seconds
 
 Scenes are <shape>-<material>-<size>: named shapes and the meshes of scenes/meshes, the red
 channel of published materials or a measured block, the box's longest edge over the mean

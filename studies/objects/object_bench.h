@@ -1,4 +1,4 @@
-// `kappamu bench objects`: error, time and elements of every model of objects on the same scenes,
+// `kappamu-studies objects`: error, time and elements of every model of objects on the same scenes,
 // against Monte Carlo and, where there is one, the closed form of diffusion.
 #pragma once
 

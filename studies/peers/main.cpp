@@ -1,4 +1,4 @@
-// kappamu-peers FOLDER REPETITIONS TOLERANCE...: solves a problem that `kappamu bench` assembled
+// kappamu-peers FOLDER REPETITIONS TOLERANCE...: solves a problem that `kappamu-studies` assembled
 // with hypre's PFMG, and reports as lines of JSON what it took. Started by the bench through
 // mpirun. Every setting is tried on the first pattern at residual 1e-6; the one with the least
 // set-up/16 + solve goes on to all tolerances and patterns. The φ of tolerance number n is written

@@ -1,4 +1,4 @@
-// The assembled problem as `kappamu bench` hands it to the peers, and a rank's part of it.
+// The assembled problem as `kappamu-studies` hands it to the peers, and a rank's part of it.
 //
 // Folder (doubles and ints of this machine): problem.txt holds "nx ny nz patterns"; link_x.bin,
 // link_y.bin, link_z.bin [z][y][x] the conductance G from each cell to its neighbour towards +x,

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/mesh/surface_norm.h"
+#include "core/numbers/median.h"
+#include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "forward/polygrid/live_polygrid.h"
 #include "forward/polygrid/polygrid_diffusion.h"
@@ -103,6 +105,44 @@ struct Frame {
   double whole() const { return media + light + diffusion + exitance; }
 };
 
+render::LightSources sun_at(double degrees) {
+  render::DirectionalLight sun;
+  const double angle = degrees * M_PI / 180.0;
+  sun.direction = Vector3d(-std::sin(angle), -0.5, -std::cos(angle)).normalized();
+  return render::make_light_sources({sun});
+}
+
+/// What a graphics card draws of an answer: reflections, light scattered once and the rest, at all
+/// corners.
+class Drawing {
+ public:
+  explicit Drawing(const render::World& world) : world_(world), corners_(world) {
+    albedo_ = std::make_shared<const std::vector<render::Colour>>(
+        render::albedo_below(world.objects()[0]));
+  }
+
+  /// Processor time [ms].
+  double draw(const forward::ExitanceOfChannels& exitance, double degrees) const {
+    const double start = processor_seconds();
+    const render::LightSources sources = sun_at(degrees);
+    const render::WorldObject& object = world_.objects()[0];
+    render::LiveAnswer answer;
+    answer.exitance = {{exitance, {}}};
+    answer.surface = {
+        {object.boundary, object.roughness, albedo_, render::arriving_on(world_, 0, sources)}};
+    Eigen::Vector4d towards = Eigen::Vector4d::Zero();
+    towards.head<3>() = -sources[0]->at(Vector3d::Zero()).direction;
+    answer.sources = {towards};
+    corners_.light(answer);
+    return 1e3 * (processor_seconds() - start);
+  }
+
+ private:
+  const render::World& world_;
+  render::LitCorners corners_;
+  std::shared_ptr<const std::vector<render::Colour>> albedo_;
+};
+
 /// From a stroke of the brush to the corrected picture, processor time by what it went to and time
 /// by the clock [ms].
 struct StrokeFrame {
@@ -190,10 +230,7 @@ class Live {
     const double before = processor_seconds();
     if (edited != nullptr) set(*edited);
     const double media = edited != nullptr ? processor_seconds() - before : 0.0;
-    render::DirectionalLight sun;
-    const double angle = degrees * M_PI / 180.0;
-    sun.direction = Vector3d(-std::sin(angle), -0.5, -std::cos(angle)).normalized();
-    const render::LightSources sources = render::make_light_sources({sun});
+    const render::LightSources sources = sun_at(degrees);
     const forward::LightOfChannels light = render::beams_at(world_, 0, sources, places);
     std::array<std::vector<forward::ObjectLight>, 3> lights;
     std::vector<forward::ObjectProblem> problems;
@@ -245,7 +282,7 @@ class Strokes {
         voxel_mm_(voxel_of(world.objects()[0].mesh, live.cells())),
         edited_(scene.objects[0], world.objects()[0].rest, world.objects()[0].mesh,
                 *world.objects()[0].rays, voxel_mm_),
-        corners_(world) {
+        drawing_(world) {
     // Boxes of other coefficients, so that the volume is no homogeneous one.
     const Eigen::AlignedBox3d box = bounding_box(world.objects()[0].mesh);
     for (int octant = 0; octant < 8; ++octant) {
@@ -276,16 +313,12 @@ class Strokes {
     edit.where = where;
     StrokeFrame result;
     const Stopwatch watch;
-    double start = processor_seconds();
+    const double start = processor_seconds();
     result.voxels = done(edit);
     const forward::MediaOfChannels edited = media();
     result.volume = 1e3 * (processor_seconds() - start);
     result.frame = live_.frame(first_degrees, Entry::beams, &edited);
-    start = processor_seconds();
-    render::LiveAnswer answer;
-    answer.exitance = {{live_.exitance(), {}}};
-    corners_.light(answer);
-    result.picture = 1e3 * (processor_seconds() - start);
+    result.picture = drawing_.draw(live_.exitance(), first_degrees);
     result.elapsed = watch.milliseconds();
     return result;
   }
@@ -302,7 +335,7 @@ class Strokes {
   Live& live_;
   double voxel_mm_;
   render::EditedObject edited_;
-  render::LitCorners corners_;
+  Drawing drawing_;
 };
 
 Frame moved_frame(Live& live, Entry entry) {
@@ -321,6 +354,10 @@ Json measured(const Published& paper, const render::Scene& scene, const render::
   live.set(volume_of(mesh, live.cells()));
   const Frame first = live.frame(first_degrees, Entry::beams),
               moved = moved_frame(live, Entry::beams);
+  const Drawing drawing(world);
+  std::vector<double> drawn;
+  for (int k = 0; k < frames; ++k) drawn.push_back(drawing.draw(live.exitance(), last_degrees));
+  const double drawing_ms = upper_median(std::move(drawn));
   const auto error = live.error_of_last(last_degrees, Entry::beams);
   const Frame at_surface = moved_frame(live, Entry::surface);
   const auto surface_error = live.error_of_last(last_degrees, Entry::surface);
@@ -339,6 +376,9 @@ Json measured(const Published& paper, const render::Scene& scene, const render::
           {"diffusion_ms", moved.diffusion},
           {"exitance_ms", moved.exitance},
           {"frame_ms", moved.whole()},
+          {"drawing_ms", drawing_ms},
+          {"reflecting_frame_ms", moved.whole() + drawing_ms},
+          {"peak_memory_bytes", peak_memory()},
           {"iterations", moved.iterations},
           {"diffusion_elapsed_ms", moved.diffusion_elapsed},
           {"frame_elapsed_ms", moved.elapsed},

@@ -126,7 +126,7 @@ Subject polygrid_subject() {
       "polygrid",
       "Polygrids of closed meshes: quality (docs/polygrid.md), live frames "
       "(docs/polygrid-diffusion.md)",
-      R"(  kappamu bench polygrid --section polygrid -o out/ --files bunny.obj
+      R"(  kappamu-studies polygrid --section polygrid -o out/ --files bunny.obj
 
 polygrid: cells, scaled Jacobians (1: a box; not above 0: inverted), edge lengths,
 nodes whose six weights (Wang et al. 2008, appendix B) are negative or ill-conditioned,

@@ -1,4 +1,4 @@
-// Sections of `kappamu bench polygrid` in files of their own.
+// Sections of `kappamu-studies polygrid` in files of their own.
 #pragma once
 
 #include "studies/subject.h"

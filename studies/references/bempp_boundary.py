@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""bempp-cl on the meshes and lights of `kappamu bench boundary --fields`: the table of docs/boundary-integral.md. Needs,
+"""bempp-cl on the meshes and lights of `kappamu-studies boundary --fields`: the table of docs/boundary-integral.md. Needs,
 in the Python that runs this, bempp-cl (pip install bempp-cl numba meshio). It stores dense matrices: meshes of more than
 10,000 triangles are left out.
 
-    kappamu bench boundary --fields -o out/
+    kappamu-studies boundary --fields -o out/
     studies/references/bempp_boundary.py out/
 """
 import json

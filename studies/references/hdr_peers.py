@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""pfstools and HDRutils on the frames of `kappamu bench hdr --frames`, and pfstools on a real bracket: the tables of
+"""pfstools and HDRutils on the frames of `kappamu-studies hdr --frames`, and pfstools on a real bracket: the tables of
 docs/hdr.md. Needs Debian's pfstools and, in the Python that runs this, HDRutils (pip install HDRutils).
 
-    kappamu bench hdr --frames -o out/
+    kappamu-studies hdr --frames -o out/
     studies/references/hdr_peers.py out/ [shared/data/hdr-stlouis-arch]
 """
 import json

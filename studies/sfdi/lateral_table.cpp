@@ -146,7 +146,7 @@ void measure_table(const Request& request, Progress&, const Save& save) {
     errors += "    {{" + numbers(error, "%.2g") + "}},\n";
   }
   const std::string head =
-      "// Written by `kappamu bench sfdi table`: do not edit. Transport over diffusion of a "
+      "// Written by `kappamu-studies sfdi table`: do not edit. Transport over diffusion of a "
       "half-space\n// (lateral_basis.h), and its relative standard error at the m of each row.\n";
   io::write_text_atomically(
       request.folder / "lateral_table.inc",

@@ -60,7 +60,7 @@ map::Description describe(const fs::path& data, const Phantom* reference) {
   d.pixel_mm = pixel_mm;
   d.channel = "G";
   d.crop_px = whole;
-  d.medium = {index, 0.02, anisotropy, 0.05, {}};
+  d.medium = {index, 0.02, anisotropy, 0.05, {}, {}, {}, {}};
   d.errors = {0.002, 0.005};
   if (reference != nullptr) {
     d.reference = {{{wavelength, reference->mua, reference->musp, {}}}, disc, {}};

@@ -8,7 +8,7 @@ Subject sfdi_subject() {
   return {
       "sfdi",
       "Absorption and scattering from photographs under sinusoidal light (docs/sfdi.md)",
-      R"(  kappamu bench sfdi peer phantoms tissue --data FOLDER -o out/
+      R"(  kappamu-studies sfdi --section peer phantoms tissue --data FOLDER -o out/
 
 The folder holds phantoms.csv, peer_rd.csv, phantoms/ and pig/ with the photographs of
 github.com/masontchen/GANPOP_Pytorch. `walks` and `table` remake the table of lateral transport,

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "forward/shells/frame.h"
 #include "io/image/image_file.h"
 #include "render/look_at.h"
 #include "render/picture/picture.h"
@@ -91,19 +92,26 @@ class Figures {
              quick_ ? 1 : 4};
   }
 
-  /// Every texel is lit once, for the view's middle.
+  /// Every texel is lit once, for the view's middle; four rays a pixel.
   void draw(const std::string& name, const TexelRadiance& radiance) const {
-    std::vector<Array3d> lit(texture_.size(), Array3d::Zero());
+    FrameDrawer::Texels lit(texture_.size(), Eigen::Array4f::Zero());
     for_pieces(lit.size(), 4096, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (texture_.density[i] > 0.0F) lit[i] = radiance(i);
+        const float density = texture_.density[i];
+        if (density <= 0.0F) continue;
+        lit[i].head<3>() = density * radiance(i).cast<float>();
+        lit[i][3] = density;
       }
     });
-    write(request_.folder / (name + ".png"),
-          flat_picture(view_, [&](const Vector3d& origin, const Vector3d& direction) {
-            return seen_by_shells(texture_, transfer_.r, origin, direction,
-                                  [&](std::size_t texel) { return lit[texel]; });
-          }));
+    const FrameDrawer drawer(texture_, transfer_, colour_, 2 * view_.width, 2 * view_.height);
+    const Image<float> fine = drawer.drawn(lit, view_.eye, view_.target, view_.fov_deg);
+    Image<float> picture(view_.width, view_.height, 3);
+    for (int y = 0; y < 2 * view_.height; ++y) {
+      for (int x = 0; x < 2 * view_.width; ++x) {
+        for (int c = 0; c < 3; ++c) picture(x / 2, y / 2, c) += 0.25F * fine(x, y, c);
+      }
+    }
+    write(request_.folder / (name + ".png"), picture);
   }
 
   /// Colour by depth, no light.

@@ -1,16 +1,13 @@
 // Shells against the integral along the eye's ray with rays to the light: light scattered once, as
 // [K] counts it. Light scattered more often is followed by random walks, and shown apart.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "forward/shells/frame.h"
 #include "forward/shells/walk.h"
-#include "studies/record.h"
 #include "studies/shells/shells_bench.h"
 
 namespace kappamu::studies {
@@ -100,12 +97,6 @@ double picture_error(const Image<float>& seen, const Image<float>& truth, int bl
   return difference / sum;
 }
 
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 void fur_reference(const Request& request, Progress& progress, const Save& save) {
@@ -152,6 +143,7 @@ void fur_reference(const Request& request, Progress& progress, const Save& save)
       const Image<float> shells = by_shells(by_transfer, Lookup::texel);
       const Image<float> drawn_alone = by_shells(by_rays, Lookup::texel);
       const Image<float> smooth = by_shells(by_transfer, Lookup::smooth);
+      const Image<float> opacity = by_shells(by_transfer, Lookup::opacity);
       double once = 0.0, all = 0.0;
       const std::uint32_t walks = quick ? 200 : 40'000;
       const Vector3d down = (view.target - view.eye).normalized();
@@ -168,47 +160,12 @@ void fur_reference(const Request& request, Progress& progress, const Save& save)
                       {"of blocks of 16", picture_error(shells, truth, 16)},
                       {"of shells alone, blocks", picture_error(drawn_alone, truth, 16)},
                       {"of smooth lookup, blocks", picture_error(smooth, truth, 16)},
+                      {"of lookup between opacities, blocks", picture_error(opacity, truth, 16)},
                       {"all scattering over once", all / once}});
       save({{"rows", rows}});
     }
     progress.update("reference", static_cast<double>(rows.size()) / 8.0, light.name);
   }
-}
-
-void fur_speed(const Request& request, Progress& progress, const Save& save) {
-  const bool quick = request.size == Size::quick;
-  Json rows = Json::array();
-  const auto add = [&](const std::string& step, double seconds) {
-    rows.push_back({{"step", step}, {"seconds", seconds}, {"per second", 1.0 / seconds}});
-    save({{"rows", rows}});
-  };
-  HairOptions options;
-  options.seed = request.seed;
-  if (quick) options.coats = {{5000, 0.10, 0.22, 0.5, 1.0, 0.3}};
-  HairTexture texture;
-  add("texture, " + std::to_string(quick ? 5000 : 55'000) + " hairs",
-      seconds_of([&] { texture = make_hair_texture(options); }));
-  Transfer transfer;
-  const TransferOptions rays{5, quick ? 16 : 1024, 0.0};
-  add("transfer, " + std::to_string(rays.rays) + " rays",
-      seconds_of([&] { transfer = make_transfer(texture, rays, progress); }));
-  const FrameDrawer drawer(texture, transfer, HairColour{}, 1280, 1024);
-  const HairReflectance reflectance(HairModel::kajiya_kay);
-  std::vector<double> relight, draw;
-  for (int i = 0; i < (quick ? 1 : 15); ++i) {
-    const double angle = 0.4 * i;
-    const Lamp lamp{Vector3d(std::cos(angle), std::sin(angle), 1.0).normalized(),
-                    Array3d::Constant(3.0)};
-    const Vector3d eye(32.0, -70.0, 110.0), target(32.0, 32.0, 0.0);
-    FrameDrawer::Texels lit;
-    relight.push_back(seconds_of(
-        [&] { lit = drawer.lit(light_of(5, {lamp}), (eye - target).normalized(), reflectance); }));
-    Image<float> frame;
-    draw.push_back(seconds_of([&] { frame = drawer.drawn(lit, eye, target, 35.0); }));
-  }
-  add("relight", median(relight));
-  add("draw 1280 x 1024", median(draw));
-  add("frame", median(relight) + median(draw));
 }
 
 }  // namespace kappamu::studies

@@ -19,8 +19,10 @@ void fur_symmetry(const Request& request, Progress& progress, const Save& save);
 void fur_transfer(const Request& request, Progress& progress, const Save& save);
 /// Rows per light: pictures by shells against pictures by rays.
 void fur_reference(const Request& request, Progress& progress, const Save& save);
-/// Rows per step: seconds, and frames a second.
+/// Rows per step: seconds by the clock and of the processor; C++ and OpenCL in turns.
 void fur_speed(const Request& request, Progress& progress, const Save& save);
+/// Rows per view and width of a pixel: fewer shells against all of them.
+void fur_detail(const Request& request, Progress& progress, const Save& save);
 /// PNG files of a flat coat: [K]'s figures 1, 3, 4 and 5.
 void fur_figures(const Request& request, Progress& progress, const Save& save);
 

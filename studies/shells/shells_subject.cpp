@@ -17,7 +17,8 @@ the load of the machine; all else is the same on every machine.)",
        {"symmetry", "What makes light from one side brighter", fur_symmetry},
        {"transfer", "Light of texels and shells by bands and rays, four lights", fur_transfer},
        {"reference", "Pictures by shells against pictures by rays, four lights", fur_reference},
-       {"speed", "Seconds of texture, transfer and frame", fur_speed},
+       {"detail", "Fewer shells far away against all of them", fur_detail},
+       {"speed", "Seconds of texture, transfer and frame, by C++ and OpenCL", fur_speed},
        {"figures", "The paper's figures 1, 3, 4 and 5", fur_figures}}};
 }
 

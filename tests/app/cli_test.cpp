@@ -3,12 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "app/command_list.h"
+#include "app/program.h"
 #include "io/npy.h"
 #include "io/volume/volume_file.h"
 #include "tests/app/process.h"
@@ -42,6 +45,50 @@ INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
                                          "chart", "fit", "map", "export", "report", "forward",
                                          "score", "doctor"),
                          [](const auto& parameter) { return parameter.param; });
+
+/// What the parse of one command throws; nothing is run.
+std::string parse_error(const std::string& command, const std::string& argument) {
+  CLI::App app;
+  Globals globals;
+  add_globals(app, globals);
+  add_commands(app, globals);
+  refuse_non_finite(app);
+  for (CLI::App* each : app.get_subcommands({})) each->callback([] {});
+  std::vector<std::string> arguments{argument, command};  // backwards, as CLI11 wants them
+  try {
+    app.parse(arguments);
+  } catch (const CLI::ParseError& error) {
+    return error.get_name();
+  }
+  return "";
+}
+
+// Whatever an option takes as a number, it is finite: whether it does shows in that it refuses a
+// word.
+TEST(Cli, NumbersOfEveryOptionAreFinite) {
+  CLI::App app;
+  Globals globals;
+  add_commands(app, globals);
+  int tried = 0;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    for (const CLI::Option* option : command->get_options()) {
+      if (option->get_lnames().empty() || option->get_items_expected_max() == 0) continue;
+      const std::string flag = "--" + option->get_lnames().front() + "=";
+      const std::string parts = option->get_items_expected_min() == 3 ? ",1,1" : "";
+      if (parse_error(command->get_name(), flag + "word" + parts) != "ConversionError") continue;
+      if (parse_error(command->get_name(), flag + "0.5" + parts) == "ConversionError") continue;
+      ++tried;
+      for (const char* wrong : {"nan", "inf", "-inf", "1e999"}) {
+        EXPECT_EQ(parse_error(command->get_name(), flag + wrong + parts), "ValidationError")
+            << command->get_name() << " " << flag << wrong;
+      }
+    }
+  }
+  EXPECT_GT(tried, 20);
+  const ProcessResult result = kappamu("forward --tolerance nan");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.standard_error, HasSubstr("'nan' is not a finite number"));
+}
 
 TEST(Cli, MissingOptionsAreNamedAtOnce) {
   const ProcessResult result = kappamu("plan --size 20 16 6 --camera-width 1600");
@@ -111,6 +158,14 @@ TEST_F(CliFailures, VolumeWithZeroKappa) {
   expect_one_sentence(kappamu(forward_arguments(0.0F) + " --device reference"), "kappa.npy");
 }
 
+// 1e-45 is the least float: with it nothing that follows light came to an end.
+TEST_F(CliFailures, VolumeWithKappaNextToZero) {
+  for (const char* method : {"multigrid", "montecarlo", "analytic"}) {
+    expect_one_sentence(kappamu(forward_arguments(1e-45F) + " --method " + method),
+                        "every kappa must be positive, from 1e-9 to 1e9 mm");
+  }
+}
+
 TEST_F(CliFailures, VolumeWithNegativeKappa) {
   expect_one_sentence(kappamu(forward_arguments(-0.3F) + " --device reference"), "kappa.npy");
 }
@@ -134,15 +189,16 @@ INSTANTIATE_TEST_SUITE_P(Cli, ExportFailures, testing::Values(std::nanf(""), 0.0
 
 TEST_F(CliFailures, BenchThatIsNotBuilt) {
   fs::copy(KAPPAMU_PROGRAM, at("kappamu"));
-  expect_one_sentence(run_process(at("kappamu") + " bench boundary -o " + at("out")),
-                      "scripts/build.sh release kappamu-bench builds");
+  expect_one_sentence(run_process(at("kappamu") + " bench solve -o " + at("out")),
+                      "scripts/build.sh release kappamu-studies builds");
 }
 
 TEST_F(CliFailures, BenchTakesTheOptionsBeforeItsName) {
   const ProcessResult result =
-      kappamu("--seed 3 --json bench boundary --quick -o " + at("out") + " --device reference");
+      kappamu("--seed 3 --json bench objects --quick -o " + at("out") + " --device reference");
   EXPECT_EQ(result.exit_code, 0) << result.standard_error;
-  EXPECT_THAT(last_line(result.standard_output), HasSubstr("\"seed\":3,"));
+  std::ifstream record(folder() / "out" / "objects-models.json");
+  EXPECT_EQ(nlohmann::json::parse(record).at("seed"), 3);
 }
 
 TEST_F(CliFailures, NoOpenClDevice) {

@@ -234,21 +234,11 @@ def pattern(number, patch):
     return stack(f"frames/{number}", radiance, [0.04, 0.2, 1.0, 5.0])
 
 
-def main():
-    patterns = []
-    columns, rows = (8, 1) if BARS else (2, 2)
-    for j in range(rows):
-        for i in range(columns):
-            patch = (i * SIZE[0] / columns, (i + 1) * SIZE[0] / columns, j * SIZE[1] / rows, (j + 1) * SIZE[1] / rows)
-            number = f"fit_{columns * j + i:02d}"
-            patterns.append({"id": number, "image": f"patterns/{number}.png", "role": "fit",
-                             "frames": pattern(number, patch)})
-    held_out = (0.25 * SIZE[0], 0.6 * SIZE[0], 0.25 * SIZE[1], 0.75 * SIZE[1])
-    patterns.append({"id": "held_00", "image": "patterns/held_00.png", "role": "validate",
-                     "frames": pattern("held_00", held_out)})
+def session(patterns):
+    """session.json of these patterns, with the frames of its calibration."""
     everywhere = np.ones((POINTS * CAMERA[1], POINTS * CAMERA[0]))
     white = REFLECTANCE / np.pi * everywhere
-    session = {
+    return {
         "format": "kappamu-session", "version": 1, "units": {"length": "mm", "time": "s"},
         "description": "written by hand", "setup": "back-lit", "channels": ["Y"],
         "sample": {"name": "by hand", "grid": GRID, "voxel_mm": VOXEL, "eta": ETA, "sides": "mirror",
@@ -269,8 +259,22 @@ def main():
                 "reflectance": REFLECTANCE,
                 "frames": stack("calibration/white", white, [0.01, 0.05]),
                 "black_frames": stack("calibration/black", PROJECTOR_BLACK * white, [1.0, 5.0])}}}
+
+
+def main():
+    patterns = []
+    columns, rows = (8, 1) if BARS else (2, 2)
+    for j in range(rows):
+        for i in range(columns):
+            patch = (i * SIZE[0] / columns, (i + 1) * SIZE[0] / columns, j * SIZE[1] / rows, (j + 1) * SIZE[1] / rows)
+            number = f"fit_{columns * j + i:02d}"
+            patterns.append({"id": number, "image": f"patterns/{number}.png", "role": "fit",
+                             "frames": pattern(number, patch)})
+    held_out = (0.25 * SIZE[0], 0.6 * SIZE[0], 0.25 * SIZE[1], 0.75 * SIZE[1])
+    patterns.append({"id": "held_00", "image": "patterns/held_00.png", "role": "validate",
+                     "frames": pattern("held_00", held_out)})
     with open(FOLDER / "session.json", "w") as out:
-        json.dump(session, out, indent=1)
+        json.dump(session(patterns), out, indent=1)
     print(f"{KAPPA:.6f} {MU:.6f}")
 
 

@@ -59,8 +59,12 @@ TEST(Medium, NamesTheFirstBadVoxel) {
   Medium medium{Volume<double>(grid, 0.2), Volume<double>(grid, 0.0)};
   validate(medium, "k.npy");
   medium.kappa(2, 1, 1) = 0.0;
-  EXPECT_EQ(sentence_of([&] { validate(medium, "k.npy"); }),
-            "k.npy: kappa is 0 at voxel x=2 y=1 z=1; every kappa must be finite and positive [mm]");
+  EXPECT_EQ(
+      sentence_of([&] { validate(medium, "k.npy"); }),
+      "k.npy: kappa is 0 at voxel x=2 y=1 z=1; every kappa must be positive, from 1e-9 to 1e9 "
+      "mm");
+  medium.kappa(2, 1, 1) = 1e-45;
+  EXPECT_THAT(sentence_of([&] { validate(medium, "k.npy"); }), HasSubstr("from 1e-9 to 1e9 mm"));
   medium.kappa(2, 1, 1) = 0.2;
   medium.mu(0, 0, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(sentence_of([&] { validate(medium, "m.npy"); }),
@@ -101,6 +105,16 @@ TEST(SurfaceMeasurements, ValidatesShapesAndNumbers) {
   wrong.irradiance.assign(wrong.irradiance.size(), 0.0F);
   EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
               HasSubstr("irradiance is zero everywhere"));
+  // The least and nearly the largest float: light that no float could follow.
+  for (const float light : {1e-45F, 3e38F}) {
+    wrong.irradiance.back() = light;
+    EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
+                HasSubstr("beyond 1e-20 to 1e20; state it in another unit"));
+  }
+  wrong = small_measurements();
+  wrong.grid.voxel_mm = 1e-40;
+  EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
+              HasSubstr("voxel_mm must be positive, from 1e-6 to 1e6 mm"));
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "core/error.h"
-#include "device/bandwidth.h"
 #include "device/buffer_pool.h"
 #include "device/context.h"
 #include "device/device_info.h"
@@ -168,14 +167,6 @@ TEST_F(OnDevice, PooledMemoryIsLentAgainAndFreedWithItsPool) {
   again = {};
   pool.reset();
   EXPECT_EQ(context_->allocated_bytes(), before + sizeof value) << "the one still lent";
-}
-
-TEST_F(OnDevice, CopyBandwidthIsPlausible) {
-  const std::size_t before = context_->allocated_bytes();
-  const double bandwidth = measured_copy_bandwidth(*context_);
-  EXPECT_GT(bandwidth, 1e8);
-  EXPECT_LT(bandwidth, 1e14);
-  EXPECT_EQ(context_->allocated_bytes(), before);
 }
 
 TEST_F(OnDevice, LaunchesAreTimedOnlyWhileAskedFor) {

@@ -1,5 +1,5 @@
 // What models state of themselves against transport, and where: laws of the map. How true the
-// numbers are is measured by `kappamu bench objects` (docs/objects-bench.md).
+// numbers are is measured by `kappamu-studies objects` (docs/objects-bench.md).
 #include "forward/model_error.h"
 
 #include <gmock/gmock.h>

@@ -42,7 +42,10 @@ TEST_F(CsvTable, DialectsReadAlike) {
         "\n File , SHOT,Exposure_S \na.png , fit, 0.5\nb.png,dark",
         "\"file\",\"shot\",\"exposure_s\"\n\"a.png\",\"fit\",\"0.5\"\n \"b.png\" ,dark,\"\"\n",
         "shot,note,file,exposure_s\nfit,\"two\nlines, \"\"quoted\"\"\",a.png,0.5\ndark,,b.png,\n",
-        "file,shot,exposure_s,,\na.png,fit,0.5,,\nb.png,dark,,,\n"}) {
+        "file,shot,exposure_s,,\na.png,fit,0.5,,\nb.png,dark,,,\n",
+        // No-break, narrow no-break and zero-width spaces, as copied from a page.
+        "file\u00a0,shot,exposure_s\na.png,\u202f fit,\u00a00.5\u00a0\n\ufeff"
+        "b.png\u200b,dark,\u00a0\n"}) {
     EXPECT_EQ(rows(text), plain_) << text;
   }
   EXPECT_EQ(rows("shot,file\nfit,\"a, \"\"b\"\".png\"\n"), (Rows{{"a, \"b\".png", "fit", ""}}));

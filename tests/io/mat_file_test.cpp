@@ -48,6 +48,8 @@ TEST_P(MatFiles, RowsAreYAndPagesAreChosen) {
   EXPECT_EQ(page(0, 0), 12.0F);
   EXPECT_EQ(page(0, 1), 13.0F);
   EXPECT_EQ(page(2, 1), 17.0F);
+  EXPECT_EQ(count_mat_pages(write(false), ""), 4U);
+  EXPECT_EQ(count_mat_pages(write(true), "flat"), 1U);
   const Image<float> flat = read_mat_picture(write(true), "flat", 0);
   ASSERT_EQ(flat.width(), 2);
   EXPECT_EQ(flat(1, 0), 3.0F);

@@ -1,5 +1,5 @@
 // Maps from pictures that the forward model itself drew: the chain of description, demodulation,
-// calibration and deviations. Real photographs are `kappamu bench sfdi`.
+// calibration and deviations. Real photographs are `kappamu-studies sfdi`.
 #include "pipeline/sfdi/sfdi_map.h"
 
 #include <gtest/gtest.h>

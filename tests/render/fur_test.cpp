@@ -4,11 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <numbers>
 #include <numeric>
 
 #include "core/mesh/shapes.h"
 #include "core/random.h"
+#include "io/image/image_file.h"
 #include "render/fur/fur_shading.h"
+#include "render/fur/live_fur.h"
 #include "render/render_scene.h"
 #include "tests/render/made_scene.h"
 #include "tests/sentence.h"
@@ -208,6 +212,142 @@ TEST(Fur, WarnsOfWhatShellsCannotShow) {
   scene.objects[0].size_mm = Vector3d(20.0, 1.0, 20.0);
   scene.camera.position_mm = Vector3d(0.0, 4.0, 100.0);
   EXPECT_THAT(warnings(scene), says("less than 14 degrees"));
+}
+
+/// A ball whose u runs along x and v along y, 0 to 1.
+TriangleMesh textured_ball() {
+  TriangleMesh mesh = sphere_mesh(10.0, 30);
+  for (const auto& t : mesh.triangles) {
+    CornerTexture corners;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Vector3d& at = mesh.vertices[static_cast<std::size_t>(t[c])];
+      corners[c] = {static_cast<float>(0.5 + 0.049 * at.x()),
+                    static_cast<float>(0.5 + 0.049 * at.y())};
+    }
+    mesh.texture.push_back(corners);
+  }
+  return mesh;
+}
+
+/// Black on the left, white on the right.
+std::filesystem::path halves(const std::string& name) {
+  Image<std::uint8_t> image(64, 8, 3);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 32; x < 64; ++x) {
+      for (int c = 0; c < 3; ++c) image(x, y, c) = 255;
+    }
+  }
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / name;
+  io::write_image(file, image);
+  return file;
+}
+
+TEST(Coat, IsReadWhereTheMapHasIt) {
+  const TriangleMesh mesh = textured_ball();
+  Fur fur;
+  fur.length_map = fur.density_map = fur.colour_map = fur.comb_map = halves("fur_halves.png");
+  const Coat coat = coat_of(mesh, fur);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const double x = mesh.vertices[v].x();
+    if (std::abs(x) < 0.5) continue;
+    const float there = x > 0.0 ? 1.0F : 0.0F;
+    EXPECT_EQ(coat.length[v], there);
+    EXPECT_EQ(coat.density[v], there);
+    EXPECT_EQ(coat.colour[v][1], there);
+    // White is along and across alike, black is the opposite.
+    EXPECT_NEAR(coat.turn[v], (x > 0.0 ? 0.25 : -0.75) * std::numbers::pi, 1e-6);
+  }
+  fur = {};
+  const std::vector<SkinFrame> bare = skin_frames(mesh, fur), turned = skin_frames(mesh, fur, coat);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (mesh.vertices[v].x() < 0.5) continue;
+    EXPECT_NEAR(turned[v].col(0).dot(bare[v].col(1)), std::sqrt(0.5), 1e-6);
+  }
+}
+
+TEST(Coat, NeedsTextureCoordinates) {
+  Fur fur;
+  fur.density_map = halves("fur_halves.png");
+  EXPECT_THAT(sentence_of([&] { coat_of(sphere_mesh(1.0, 8), fur); }),
+              testing::HasSubstr("density_map needs a mesh with texture coordinates"));
+}
+
+TEST(Coat, GrowsHairWhereTheMapIsBright) {
+  Scene scene = furry_scene();
+  std::vector<std::string> warnings;
+  World world(scene, warnings);
+  WorldObject object = world.objects()[0].copy();
+  object.mesh = textured_ball();
+  Fur fur = *scene.objects[0].fur;
+  fur.rays = 16;
+  fur.density_map = halves("fur_halves.png");
+  Progress progress;
+  FurReport report;
+  FurryObject furry(object, fur, report, progress);
+  furry.set_light(world, {}, nullptr);
+  double left = 0.0, right = 0.0;
+  for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
+    double x = 0.0;
+    for (const int v : object.mesh.triangles[t])
+      x += object.mesh.vertices[static_cast<std::size_t>(v)].x();
+    if (std::abs(x) < 6.0) continue;
+    (x > 0.0 ? right : left) += furry.seen(t, 0.3, 0.3, 0, Vector3d::UnitZ()).density;
+  }
+  EXPECT_EQ(left, 0.0);
+  EXPECT_GT(right, 1.0);
+}
+
+TEST(LiveFur, IsPlacedAndLitAsTheObject) {
+  Scene scene = furry_scene();
+  std::vector<std::string> warnings;
+  const World world(scene, warnings);
+  Progress progress;
+  FurReport report;
+  FurryObject furry(world.objects()[0], *scene.objects[0].fur, report, progress);
+  const LightSources sources = make_light_sources(scene.lights);
+  furry.set_light(world, sources, nullptr);
+  // Corners blended as the card does, against Placement::at().
+  const std::vector<float> geometry = fur_geometry(furry);
+  for (std::size_t t = 0; t < world.objects()[0].mesh.triangles.size(); t += 7) {
+    const Placement::Places places = furry.placement().at(t, 0.0, 0.0);
+    const float* corner = geometry.data() + 3 * t * FurCorners::geometry_floats;
+    double sum = 0.0, found = 0.0;
+    for (int k = 0; k < 3; ++k) sum += std::pow(static_cast<double>(corner[9 + 3 * k + 2]), 4.0);
+    for (int k = 0; k < 3; ++k) {
+      const double share = std::pow(static_cast<double>(corner[9 + 3 * k + 2]), 4.0) / sum;
+      for (int i = 0; i < places.count; ++i) {
+        const Placement::Place& place = places.place[static_cast<std::size_t>(i)];
+        const double apart = place.tile.x() - static_cast<double>(corner[9 + 3 * k]);
+        if (std::abs(apart - std::round(apart)) < 1e-4 && std::abs(share - place.weight) < 0.05) {
+          found += share;
+        }
+      }
+    }
+    EXPECT_GT(found, 0.9) << "triangle " << t;
+  }
+  // Light by modes against light by all coefficients, over the tile and by the hair.
+  const FurVolume volume = make_fur_volume(furry.tile());
+  EXPECT_LT(volume.lost, 0.05);
+  const FurTile& tile = furry.tile();
+  double difference = 0.0, all = 0.0;
+  const Eigen::VectorXd lamp =
+      forward::shells::harmonics(tile.transfer.bands, Vector3d(0.4, 0.1, 0.9).normalized());
+  const Eigen::VectorXd reduced = volume.basis.transpose() * lamp;
+  for (std::size_t i = 0; i < tile.texture.size(); ++i) {
+    const double density = tile.texture.density[i];
+    if (density <= 0.0) continue;
+    const double exact = tile.transfer.lit(i, lamp)[0];
+    const double seen = (static_cast<double>(volume.texels[0][4 * i + 3]) * reduced[0] +
+                         static_cast<double>(volume.texels[1][4 * i + 3]) * reduced[1] +
+                         static_cast<double>(volume.texels[2][4 * i]) * reduced[2] +
+                         static_cast<double>(volume.texels[2][4 * i + 1]) * reduced[3] +
+                         static_cast<double>(volume.texels[2][4 * i + 2]) * reduced[4]) /
+                        density;
+    difference += density * std::abs(seen - exact);
+    all += density * std::abs(exact);
+  }
+  EXPECT_LT(difference, 0.2 * all);
+  RecordProperty("modes' error", std::to_string(difference / all));
 }
 
 }  // namespace

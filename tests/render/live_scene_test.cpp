@@ -37,6 +37,19 @@ Scene lit_ball() {
   return scene;
 }
 
+/// A better answer that comes before anyone has seen the one to a shape states how it was followed.
+TEST(LiveAnswer, StatesWhatNobodyHasSeen) {
+  LiveAnswer followed, better;
+  followed.mode = "incremental";
+  followed.shape_ms = 3.0;
+  followed.moved[0] = {Eigen::Vector3d::Zero()};
+  better.model_ms = 5.0;
+  better.take_over(followed);
+  EXPECT_EQ(better.mode, "incremental");
+  EXPECT_EQ(better.total_ms(), 3.0);
+  EXPECT_EQ(better.moved.size(), 1U);
+}
+
 TEST(LightHandle, TurnsAtItsDistanceAndBack) {
   const Eigen::Vector3d centre(1.0, 2.0, 3.0);
   PointLight point;

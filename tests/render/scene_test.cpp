@@ -50,7 +50,10 @@ json full_scene() {
     "objects": [
       {"name": "a", "mesh": "a.obj", "size_mm": 20, "position_mm": [1, 2, 3], "turn_deg": [0, 90, 0],
        "material": {"volume": "run", "placement": "mirror", "turn_deg": [0, 0, 45], "offset_mm": [1, 0, 0]},
-       "surface": {"eta": 1.4, "roughness": 0}, "polycube": "a.polycube.json"},
+       "surface": {"eta": 1.4, "roughness": 0, "bump": {"image": "b.png", "depth_mm": 0.1, "size_mm": [3, 4]},
+                   "gloss": {"image": "g.png", "roughness": [0.5, 0.1]},
+                   "reflectance": {"colour": [0.1, 0.2, 0.3], "image": "r.png", "size_mm": [3, 4]}},
+       "emission_per_mm": [0.1, 0, 0.2], "polycube": "a.polycube.json"},
       {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
        "material": {"published": "whole milk"},
        "deform": [
@@ -64,7 +67,8 @@ json full_scene() {
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
-               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}},
+               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3,
+               "length_map": "length.png", "density_map": "density.png", "colour_map": "colour.png", "comb_map": "comb.png"}},
       {"name": "d", "shape": "sphere", "size_mm": 5, "position_mm": [30, 0, 0],
        "material": {"volume": "run", "placement": "shell", "up": [0, 0, 1], "scale": 0.5,
                     "texture_size_mm": [20, 30], "core": "mean-values", "seed": 4}},
@@ -182,6 +186,21 @@ std::vector<Edited> bad_scenes() {
        "parts[0] must have either 'mesh'"},
       {"a polycube without a name", [](json& s) { s["objects"][0]["polycube"] = ""; },
        "objects[0].polycube is empty"},
+      {"bumps of no height", [](json& s) { s["objects"][0]["surface"]["bump"].erase("depth_mm"); },
+       "objects[0].surface.bump.depth_mm is missing"},
+      {"gloss of one roughness",
+       [](json& s) { s["objects"][0]["surface"]["gloss"]["roughness"] = {0.5}; },
+       "objects[0].surface.gloss.roughness"},
+      {"a reflectance above 1",
+       [](json& s) { s["objects"][0]["surface"]["reflectance"]["colour"] = 1.5; },
+       "objects[0].surface.reflectance.colour is 1.5"},
+      {"the size of no image",
+       [](json& s) { s["objects"][0]["surface"]["reflectance"].erase("image"); },
+       "objects[0].surface.reflectance.size_mm is an image's"},
+      {"a flat image", [](json& s) { s["objects"][0]["surface"]["bump"]["size_mm"][1] = 0; },
+       "objects[0].surface.bump.size_mm[1] is 0"},
+      {"dark light of its own", [](json& s) { s["objects"][0]["emission_per_mm"] = -1; },
+       "objects[0].emission_per_mm is -1"},
       {"fur without a length", [](json& s) { s["objects"][2]["fur"].erase("length_mm"); },
        "objects[2].fur.length_mm is missing"},
       {"a tile of nothing", [](json& s) { s["objects"][2]["fur"]["tile_mm"] = 0; },
@@ -259,6 +278,8 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(scene.objects[2].fur->comb, Eigen::Vector3d::UnitX());
   EXPECT_FALSE(scene.objects[2].fur->fins);
   EXPECT_EQ(scene.objects[2].fur->rays, 128);
+  ASSERT_TRUE(scene.objects[2].fur->comb_map);
+  EXPECT_EQ(scene.objects[2].fur->comb_map->filename(), "comb.png");
   ASSERT_EQ(scene.lights.size(), 5U);
   EXPECT_EQ(std::get<DirectionalLight>(scene.lights[0]).direction, -Eigen::Vector3d::UnitY());
   EXPECT_EQ(std::get<PointLight>(scene.lights[1]).irradiance[1], 0.5);
@@ -350,7 +371,7 @@ TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
             "the mesh a void around it");
   scene = good;
   scene.lights.emplace_back(DirectionalLight{});
-  scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
+  scene.lights.emplace_back(SpotLight{{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0}, {0.0, 0.0, 30.0}});
   EXPECT_EQ(refusal_of(scene),
             "light 2 is inside object 'ball'; change its position_mm, or give "
             "the mesh a void around it");

@@ -1,5 +1,5 @@
 // The edges of the fit as docs/limits.md tables them: how good the volume still is, and that the
-// program says what is wrong. Rates over many blocks are the table's (`kappamu bench limits
+// program says what is wrong. Rates over many blocks are the table's (`kappamu-studies limits
 // --section consistency`); here one block each.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

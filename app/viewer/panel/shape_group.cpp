@@ -34,7 +34,6 @@ class ShapeGroup final : public PanelGroup {
     draw_sliders();
     draw_brush(state);
     ImGui::Checkbox("all links anew", &shaping_.renewal);
-    if (ImGui::Button("undo shape")) shaping_.undo();
     if (!shaping_.note().empty()) {
       ImGui::PushStyleColor(ImGuiCol_Text, amber);
       ImGui::TextWrapped("%s", shaping_.note().c_str());

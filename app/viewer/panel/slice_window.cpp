@@ -63,6 +63,18 @@ std::vector<std::uint8_t> greys(const Volume<double>& volume, const Layout& layo
   return pixels;
 }
 
+/// Voxels of the whole volume by their value, from its least to its largest.
+std::array<float, 48> histogram(const Volume<double>& volume) {
+  std::array<float, 48> counts{};
+  const auto [least, most] = std::minmax_element(volume.values().begin(), volume.values().end());
+  const double scale = static_cast<double>(counts.size()) / std::max(*most - *least, 1e-300);
+  for (const double value : volume.values()) {
+    const auto bin = static_cast<std::size_t>(scale * (value - *least));
+    counts[std::min(bin, counts.size() - 1)] += 1.0F;
+  }
+  return counts;
+}
+
 }  // namespace
 
 void SliceWindow::draw(const io::VolumeSet& set, const Eigen::Matrix3d& axes,
@@ -99,9 +111,12 @@ void SliceWindow::draw(const io::VolumeSet& set, const Eigen::Matrix3d& axes,
   const auto [least, most] =
       std::minmax_element(shown.volume->values().begin(), shown.volume->values().end());
   ImGui::Text("black %.4g, white %.4g %s", *least, *most, shown.unit.c_str());
+  const std::array<float, 48> counts = histogram(*shown.volume);
+  ImGui::PlotHistogram("##voxels", counts.data(), static_cast<int>(counts.size()), 0,
+                       "voxels by value", 0.0F, *std::max_element(counts.begin(), counts.end()),
+                       {size.x, 48.0F});
   int column = columns / 2, row = rows / 2;
-  if (ImGui::IsItemHovered() ||
-      ImGui::IsMouseHoveringRect(corner, {corner.x + size.x, corner.y + size.y})) {
+  if (ImGui::IsMouseHoveringRect(corner, {corner.x + size.x, corner.y + size.y})) {
     const ImVec2 mouse = ImGui::GetMousePos();
     column = std::clamp(static_cast<int>((mouse.x - corner.x) / scale), 0, columns - 1);
     row = std::clamp(static_cast<int>((mouse.y - corner.y) / scale), 0, rows - 1);

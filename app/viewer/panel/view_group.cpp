@@ -26,6 +26,7 @@ class ViewGroup final : public PanelGroup {
       if (ImGui::Button(name)) state.look_along(view, false);
     }
     ImGui::Checkbox("lights, axes, scale", &state.marks_shown);
+    ImGui::Checkbox("traced at rest", &state.traced);
     if (photographs_) ImGui::Checkbox("photographs", &state.photograph.shown);
     return Asked::nothing;
   }

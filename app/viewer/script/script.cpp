@@ -10,7 +10,7 @@
 #include "io/json_node.h"
 #include "io/read_file.h"
 #include "io/text_stream.h"
-#include "render/scene/node_values.h"
+#include "render/deform/deform_file.h"
 
 namespace kappamu::app::script {
 
@@ -77,6 +77,11 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
     words >> state;
     if (state == "on") return Panel::on;
     if (state == "off") return Panel::off;
+  } else if (name == "trace") {
+    std::string state;
+    words >> state;
+    if (state == "on") return Trace::on;
+    if (state == "off") return Trace::off;
   } else if (name == "screenshot") {
     Screenshot shot;
     if (words >> shot.name && is_plain_name(shot.name)) return shot;
@@ -120,6 +125,24 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
     if (words >> drag.radius_mm && drag.radius_mm > 0.0 && (kind == "pull" || kind == "dent")) {
       return drag;
     }
+  } else if (name == "fur") {
+    static const std::map<std::string, double render::Fur::*> fields{
+        {"length", &render::Fur::length_mm},    {"density", &render::Fur::density},
+        {"width", &render::Fur::width},         {"curl", &render::Fur::curl},
+        {"lean", &render::Fur::lean},           {"shine", &render::Fur::shine},
+        {"variation", &render::Fur::variation}, {"comb_turn", &render::Fur::comb_turn_deg}};
+    std::string field;
+    SetFur set;
+    words >> field >> set.value;
+    const auto found = fields.find(field);
+    if (words && found != fields.end()) {
+      set.field = found->second;
+      return set;
+    }
+  } else if (name == "comb") {
+    CombFur comb;
+    words >> comb.from.x() >> comb.from.y() >> comb.to.x() >> comb.to.y() >> comb.radius_mm;
+    if (words && comb.radius_mm > 0.0) return comb;
   } else if (name == "links") {
     std::string how;
     words >> how;

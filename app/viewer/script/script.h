@@ -7,6 +7,7 @@
 //   orbit DX DY       turns the camera about its target [degrees]
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
+//   trace on|off      whether pictures are traced at rest
 //   channel all|R|G|B  which channels are shown
 //   brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH
 //                      takes a brush in hand [mm]: multiply, add, set or blend
@@ -17,6 +18,10 @@
 //                      the object's deformations, a list as a scene has it; moving: others follow
 //   drag pull|dent X0 Y0 X1 Y1 RADIUS
 //                      pulls or dents the surface by a drag over the picture [px, mm]
+//   fur length|density|width|curl|lean|shine|variation|comb_turn VALUE
+//                      of all furry objects [mm, degrees]
+//   comb X0 Y0 X1 Y1 RADIUS
+//                      combs fur from one point of the picture to another [px, mm]
 //   links kept|anew    how answers follow a shape
 //   keep, cancel       keeps the edit on trial, or takes it back
 //   undo, redo         of edits
@@ -52,6 +57,7 @@ struct Exposure {
   double factor = 1.0;
 };
 enum class Panel { on, off };
+enum class Trace { on, off };
 struct Screenshot {
   std::string name;
 };
@@ -82,11 +88,20 @@ struct Drag {
   double radius_mm = 1.0;
 };
 enum class Links { kept, anew };
+struct SetFur {
+  double render::Fur::*field = nullptr;
+  double value = 0.0;
+};
+struct CombFur {
+  Eigen::Vector2d from, to;  ///< [px]
+  double radius_mm = 1.0;
+};
 struct Quit {};
 
 using Command =
     std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Quit>;
+                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Trace,
+                 SetFur, CombFur, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

@@ -135,8 +135,33 @@ void ScriptPlayer::obey(const script::Drag& drag, Stage& stage) const {
   stage.shaping.release();
 }
 
+void ScriptPlayer::obey(const script::SetFur& set, Stage& stage) const {
+  if (!stage.fur.any()) throw InputError(name_ + ": fur: no object of the scene has fur");
+  for (std::size_t i = 0; i < stage.fur.coats(); ++i) {
+    render::Fur fur = stage.fur.shown(i).fur;
+    fur.*set.field = set.value;
+    stage.fur.set(i, fur);
+  }
+}
+
+void ScriptPlayer::obey(const script::CombFur& comb, Stage& stage) const {
+  const PictureArea& area = stage.state.area;
+  stage.fur.finish();
+  stage.fur.brush.radius_mm = comb.radius_mm;
+  stage.fur.brush.of = FurBrush::Of::comb;
+  if (!stage.fur.stroke(stage.state.look(area.aspect()),
+                        area.in_picture(comb.from.x(), comb.from.y()),
+                        area.in_picture(comb.to.x(), comb.to.y()))) {
+    throw InputError(name_ + ": comb: no fur lies there");
+  }
+}
+
 void ScriptPlayer::obey(script::Links links, Stage& stage) const {
   stage.shaping.renewal = links == script::Links::anew;
+}
+
+void ScriptPlayer::obey(script::Trace trace, Stage& stage) const {
+  stage.state.traced = trace == script::Trace::on;
 }
 
 }  // namespace kappamu::app

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/viewer/editing.h"
+#include "app/viewer/fur/fur_model.h"
 #include "app/viewer/script/script.h"
 #include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
@@ -18,6 +19,7 @@ struct Stage {
   ViewState& state;
   Editing& editing;
   Shaping& shaping;
+  FurModel& fur;
   int photographs = 0;        ///< that can be shown
   std::function<void()> ask;  ///< lights changed
   std::function<void(const std::string&)> choose_model;
@@ -52,6 +54,9 @@ class ScriptPlayer {
   void obey(const script::Deform& deform, Stage& stage) const;
   void obey(const script::Drag& drag, Stage& stage) const;
   void obey(script::Links links, Stage& stage) const;
+  void obey(script::Trace trace, Stage& stage) const;
+  void obey(const script::SetFur& set, Stage& stage) const;
+  void obey(const script::CombFur& comb, Stage& stage) const;
   void obey(const script::ShowPhotograph& show, Stage& stage) const;
   void obey(const script::ShowSlice& show, Stage& stage) const;
   void obey(script::Quit quit, Stage& stage);

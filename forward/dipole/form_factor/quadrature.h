@@ -1,11 +1,8 @@
-// R_d over a triangle by points: the rule for triangles that are small as seen from the point, and,
-// split adaptively, the independent, slow reference of form factors.
+// R_d over a triangle by points, for triangles that are small as seen from the point.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <array>
-
-#include "forward/dipole/profile/profile.h"
 
 namespace kappamu::forward::dipole {
 
@@ -25,12 +22,5 @@ double triangle_rule(const Corners& t, const F& f) {
                  0.132394152788506 * (at(a, a) + at(1 - 2 * a, a) + at(a, 1 - 2 * a)) +
                  0.125939180544827 * (at(b, b) + at(1 - 2 * b, b) + at(b, 1 - 2 * b)));
 }
-
-/// The rule, the triangle split in four until it agrees with its quarters to `tolerance`, relative.
-/// The sources rotated ([T] 3.4), or along the triangle's normal.
-double quadrature_form_factor(const Profile& profile, const Corners& triangle,
-                              const Eigen::Vector3d& point, double tolerance = 1e-6);
-double quadrature_aligned_form_factor(const Profile& profile, const Corners& triangle,
-                                      const Eigen::Vector3d& point, double tolerance = 1e-6);
 
 }  // namespace kappamu::forward::dipole

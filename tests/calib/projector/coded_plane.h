@@ -45,6 +45,11 @@ inline std::vector<Image<float>> photographs(const synthetic::Rig& rig,
   return frames;
 }
 
+/// Frames that are in memory.
+inline FrameSource held(std::vector<Image<float>> frames) {
+  return [all = std::move(frames)](std::size_t n) { return all.at(n); };
+}
+
 struct Misses {
   std::size_t points = 0;
   double rms_px = 0.0, largest_px = 0.0;  ///< in the camera's picture

@@ -25,6 +25,7 @@ namespace kappamu::calib {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::held;
 using testing::Misses;
 using testing::misses;
 using testing::photographs;
@@ -62,7 +63,7 @@ TEST(GrayCode, CodesAreOpenCvs) {
   const synthetic::Rig rig = synthetic::make_rig(synthetic::tiny_options());
   const std::vector<Image<float>> frames = photographs(
       rig, rig.world_from_plane[2], capture::make_gray_code_images(rig.projector_size), 3);
-  const ProjectorMap map = decode_gray_code(frames, rig.projector_size);
+  const ProjectorMap map = decode_gray_code(held(frames), rig.projector_size);
   const auto code = cv::structured_light::GrayCodePattern::create(rig.projector_size.width,
                                                                   rig.projector_size.height);
   code->setWhiteThreshold(5);
@@ -96,7 +97,7 @@ TEST(GrayCode, PointsLieWhereTheProjectorThrowsThem) {
   for (const std::size_t p : {std::size_t{2}, std::size_t{3}}) {
     const Rigid& plane = rig.world_from_plane[p];
     const ProjectorMap map = decode_gray_code(
-        photographs(rig, plane, capture::make_gray_code_images(rig.projector_size), 3),
+        held(photographs(rig, plane, capture::make_gray_code_images(rig.projector_size), 3)),
         rig.projector_size);
     const Misses found = misses(rig, plane, lattice, mapped_corners(map, lattice, "gray"));
     std::printf("%zu of %d points, RMS %.4f px, largest %.4f px, legible in %.0f %%\n",
@@ -114,7 +115,7 @@ TEST(GrayCode, DarkCodesAreOneSentenceNamingFileAndFix) {
       static_cast<std::size_t>(capture::gray_code_frames(projector)),
       Image<float>(80, 60, 1, 0.1F));
   const std::string sentence = sentence_of([&] {
-    mapped_corners(decode_gray_code(dark, projector), map_lattice(projector),
+    mapped_corners(decode_gray_code(held(dark), projector), map_lattice(projector),
                    "calibration/plane_02_gray_00.png");
   });
   EXPECT_THAT(sentence, HasSubstr("calibration/plane_02_gray_00.png: the code is legible in 0 "
@@ -146,7 +147,7 @@ TEST(RealGrayCode, ProjectorAgreesWithThePeers) {
     const std::string name = "capture_" + std::to_string(pose);
     const BoardCorners printed =
         find_chessboard(frames[frames.size() - 2], board.columns, board.rows, name);
-    const ProjectorMap map = decode_gray_code(frames, projector);
+    const ProjectorMap map = decode_gray_code(held(frames), projector);
     const BoardCorners points =
         points_on_plane(mapped_corners(map, lattice, name), printed, 1280, name);
     std::printf("%s: legible in %.1f %%, %zu of %d points\n", name.c_str(),

@@ -23,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using testing::held;
 using testing::Misses;
 using testing::misses;
 using testing::photographs;
@@ -30,9 +31,9 @@ using Along = capture::PhaseShift::Along;
 
 PhaseFrames seen(const synthetic::Rig& rig, const Rigid& plane, const capture::PhaseShift& set,
                  int steps) {
-  return {
-      set.along, set.period_px,
-      photographs(rig, plane, capture::make_phase_shift_images(rig.projector_size, set, steps), 7)};
+  return {set.along, set.period_px, static_cast<std::size_t>(steps),
+          held(photographs(rig, plane,
+                           capture::make_phase_shift_images(rig.projector_size, set, steps), 7))};
 }
 
 class PhaseShift : public ::testing::TestWithParam<int> {
@@ -60,7 +61,7 @@ TEST_P(PhaseShift, PointsLieWhereTheProjectorThrowsThem) {
 
 TEST_F(PhaseShift, OnePeriodBesideAGrayCodeIsEnough) {
   const ProjectorMap coarse = decode_gray_code(
-      photographs(rig, plane, capture::make_gray_code_images(rig.projector_size), 3),
+      held(photographs(rig, plane, capture::make_gray_code_images(rig.projector_size), 3)),
       rig.projector_size);
   const std::vector<PhaseFrames> sets{seen(rig, plane, {Along::columns, 20.0, {}}, 4),
                                       seen(rig, plane, {Along::rows, 20.0, {}}, 4)};
@@ -86,12 +87,12 @@ TEST(PhaseShiftPixels, DarkOnesAndOnesBetweenTwoPeriodsAreNotLegible) {
       image(2, 0) = static_cast<float>(light(u + wrong));
       shown.push_back(image);
     }
-    return shown;
+    return held(shown);
   };
   std::vector<PhaseFrames> sets;
   for (const Along along : {Along::columns, Along::rows}) {
-    sets.push_back({along, 64.0, frames(64.0, 4.0)});
-    sets.push_back({along, 8.0, frames(8.0, 0.0)});
+    sets.push_back({along, 64.0, 4, frames(64.0, 4.0)});
+    sets.push_back({along, 8.0, 4, frames(8.0, 0.0)});
   }
   const ProjectorMap map = decode_phase_shift(sets, projector);
   EXPECT_NEAR(map.pixel(0, 0, 0), u, 1e-3);

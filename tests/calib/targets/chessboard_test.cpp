@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "calib/targets/corner_fit.h"
 #include "tests/calib/board_scene.h"
 #include "tests/sentence.h"
 
@@ -59,6 +60,16 @@ TEST(Chessboard, CornersOfALargePictureLieWhereTheyWereDrawn) {
   const Image<float> image =
       testing::blurred(testing::photograph(lens, pose, 9, 6, 10.0, 0.01, random), 2.0);
   const BoardCorners corners = find_chessboard(image, 9, 6, "large");
+  // As the whole picture alone says, begun at the truth.
+  BoardCorners whole{9, 6, {}};
+  for (int k = 0; k < 54; ++k) {
+    whole.pixels.push_back(
+        lens.project(pose * Eigen::Vector3d(10.0 * (k % 9), 10.0 * (k / 9), 0.0)));
+  }
+  refine_corners(image, whole);
+  for (std::size_t k = 0; k < whole.pixels.size(); ++k) {
+    EXPECT_LT((corners.pixels[k] - whole.pixels[k]).norm(), 0.02) << k;
+  }
   double largest = 0.0;
   for (int j = 0; j < 6; ++j) {
     for (int i = 0; i < 9; ++i) {

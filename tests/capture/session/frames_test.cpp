@@ -50,6 +50,85 @@ TEST_F(Frames, AGoodFrameComesBackCodeForCode) {
   }
 }
 
+// At the picture's edges and within, turned or not, with a filled border that reaches into the part
+// from beyond it.
+TEST_F(Frames, APartIsThatOfTheWhole) {
+  Image<std::uint16_t> codes(40, 30, 3);
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    codes.values()[i] = static_cast<std::uint16_t>(200 + i * 37 % 3000);
+  }
+  io::write_image(path("plain.png"), codes);
+  io::write_image(path("plain.tif"), codes);
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < (y < 20 ? 3 : 20); ++x) {
+      for (int c = 0; c < 3; ++c) codes(x, y, c) = c == 1 ? 0 : 4095;
+    }
+  }
+  io::write_image(path("filled.png"), codes);
+  io::write_float_image(path("linear.exr"), Image<float>(40, 30, 3, 0.3F));
+  EXPECT_EQ(load_frame(session, {"filled.png", 0.1})(10, 25, 1), 4095) << "the border is seen";
+  const std::vector<Region> parts{{0, 0, 40, 30}, {8, 8, 16, 8}, {0, 16, 24, 14}, {32, 24, 8, 6}};
+  for (const Encoding encoding : {Encoding::response, Encoding::linear}) {
+    for (const int orientation : {1, 3}) {
+      for (const char* name : {"plain.png", "plain.tif", "filled.png", "linear.exr"}) {
+        session.camera.encoding = encoding;
+        session.camera.orientation = orientation;
+        const Frame frame{name, 0.1};
+        const Image<std::uint16_t> whole = load_frame(session, frame);
+        for (const Region& part : parts) {
+          const std::vector<std::uint16_t> expected = cropped(whole, part).values();
+          EXPECT_EQ(load_frame(session, frame, part).values(), expected) << name << part.left;
+          Image<std::uint16_t> by_rows(part.width, part.height, 3);
+          load_rows(
+              session, frame,
+              [&](int y, const std::uint16_t* row) {
+                std::copy_n(row, 3 * part.width, &by_rows(0, y));
+              },
+              part);
+          EXPECT_EQ(by_rows.values(), expected) << name << part.left;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(Frames, AStackOfAPartIsMergedAsTheWhole) {
+  session.camera.width = 64;
+  session.camera.height = 48;
+  session.camera.encoding = Encoding::linear;
+  Radiometry radiometry;
+  radiometry.bit_depth = 12;
+  radiometry.black_level = {10.0, 10.0, 10.0};
+  radiometry.response.linear.assign(3, linear_response(12, 10.0));
+  radiometry.noise.assign(3, {20000.0, 5.0});
+  Stack stack;
+  for (const double exposure : {0.1, 0.3, 1.0}) {
+    Image<std::uint16_t> codes(64, 48, 3);
+    for (int y = 0; y < 48; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          const double light = 0.1 + 0.002 * x + 0.003 * y + 0.2 * c + 0.05 * (x * 7 % 5);
+          codes(x, y, c) = static_cast<std::uint16_t>(
+              std::min(4095.0, 10.0 + std::round(4085.0 * light * exposure)));
+        }
+      }
+    }
+    stack.push_back({"frame_" + std::to_string(stack.size()) + ".png", exposure});
+    io::write_image(path(stack.back().file), codes);
+  }
+  const HdrImage whole = merge_stack(session, stack, "whole", radiometry);
+  EXPECT_EQ(whole.place(), (Region{0, 0, 64, 48}));
+  for (const Region& part : {Region{8, 16, 24, 24}, Region{0, 0, 64, 8}, Region{56, 40, 8, 8}}) {
+    MergeOptions options;
+    options.part = part;
+    const HdrImage merged = merge_stack(session, stack, "part", radiometry, options);
+    EXPECT_EQ(merged.place(), part);
+    EXPECT_EQ(merged.radiance.values(), cropped(whole.radiance, part).values());
+    EXPECT_EQ(merged.variance.values(), cropped(whole.variance, part).values());
+    EXPECT_EQ(merged.flags.values(), cropped(whole.flags, part).values());
+  }
+}
+
 TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
   const auto code = [](int x, int y) { return (41 * x + 7 * y) % 4096; };
   std::string big(5, '!');

@@ -234,6 +234,35 @@ TEST(MeshCheck, SmallBodiesUponTheSurfaceOfAnotherAreRefused) {
   EXPECT_EQ(check_mesh(joined(large, moved(small, {0.985, 0.985, 0.985})), "a.obj").components, 2);
 }
 
+// The same in a file whose positions are rounded to 24 bits: the corner's faces lie 1e-8 to 1e-7 of
+// the body apart, inside or outside.
+TEST(MeshCheck, SmallBodiesInARoundedCornerAreRefused) {
+  const TriangleMesh large = box_mesh(Vector3d::Constant(2.0), 3);
+  for (const double gap : {1e-8, 1e-7, -1e-7}) {
+    const TriangleMesh small =
+        moved(box_mesh(Vector3d::Constant(0.02), 1), Vector3d::Constant(0.99 - gap));
+    EXPECT_THAT(refusal(joined(large, small)), HasSubstr("two of its bodies")) << gap;
+  }
+}
+
+// No edge of either passes through a triangle of the other: the octahedron's equator lies in the
+// cube's face, and the face's diagonal meets edges of the octahedron.
+TEST(MeshCheck, ABodyHalfInsideByCornersAndEdgesAloneIsRefused) {
+  constexpr double h = 0.1;
+  TriangleMesh octahedron;
+  octahedron.vertices = {{1 + h, 0, 0}, {1 - h, 0, 0}, {1, h, 0},
+                         {1, 0, h},     {1, -h, 0},    {1, 0, -h}};
+  for (int k = 0; k < 4; ++k) {
+    const int one = 2 + k, next = 2 + (k + 1) % 4;
+    octahedron.triangles.push_back({0, one, next});
+    octahedron.triangles.push_back({1, next, one});
+  }
+  const TriangleMesh cube = box_mesh(Vector3d::Constant(2.0), 1);
+  EXPECT_THAT(refusal(joined(cube, octahedron)), HasSubstr("partly inside another"));
+  EXPECT_EQ(check_mesh(joined(cube, moved(octahedron, {-0.5, 0, 0})), "a.obj").components, 2);
+  EXPECT_EQ(check_mesh(joined(cube, moved(octahedron, {0.5, 0, 0})), "a.obj").components, 2);
+}
+
 // A fold of a few triangles, as scans have it: reported, and left.
 TEST(MeshCheck, SmallSelfIntersectionsAreReported) {
   TriangleMesh mesh = sphere_mesh(5.0, 100);

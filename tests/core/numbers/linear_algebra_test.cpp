@@ -23,15 +23,6 @@ TEST(LinearAlgebra, EigenvectorsGiveTheMatrixBackInAscendingOrder) {
   EXPECT_TRUE(std::is_sorted(eigen.values.begin(), eigen.values.end()));
 }
 
-TEST(LinearAlgebra, TridiagonalIsTheSameAsWhole) {
-  const Eigen::VectorXd diagonal = drawn(9, 1, 2);
-  const Eigen::VectorXd beside = drawn(8, 1, 3);
-  Eigen::MatrixXd matrix = diagonal.asDiagonal();
-  matrix.diagonal(1) = matrix.diagonal(-1) = beside;
-  EXPECT_LT((tridiagonal_eigen(diagonal, beside).values - symmetric_eigen(matrix).values).norm(),
-            1e-13 * matrix.norm());
-}
-
 TEST(LinearAlgebra, SolvesAlsoWhatIsBarelyDefinite) {
   const Eigen::MatrixXd half = drawn(10, 7, 4);
   const Eigen::MatrixXd matrix = half * half.transpose() + 1e-8 * Eigen::MatrixXd::Identity(10, 10);

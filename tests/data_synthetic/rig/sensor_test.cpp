@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "data_synthetic/scene/random.h"
@@ -111,6 +112,42 @@ TEST(Sensor, NoiseOffLeavesTheRoundedModel) {
     for (int c = 0; c < 3; ++c) {
       const double ideal = encode(sensor, 0.5 * ramp(x, 1, c), c) * 4095.0;
       EXPECT_NEAR(codes(x, 1, c), ideal, 0.5 + 1e-6);
+    }
+  }
+}
+
+// Eight values at a time as one by one, all branches: dark, few and many electrons, saturated.
+TEST(Sensor, CodesAreThoseOfTheModelOneByOne) {
+  for (const auto encoding : {capture::Encoding::linear, capture::Encoding::response}) {
+    for (const float top : {1.3F, 0.002F}) {
+      SensorModel sensor;
+      sensor.encoding = encoding;
+      sensor.bit_depth = 16;
+      Image<float> ramp(101, 53, 3);
+      for (std::size_t i = 0; i < ramp.size(); ++i) {
+        ramp.values()[i] = top * static_cast<float>(i) / static_cast<float>(ramp.size());
+      }
+      const double exposure_s = 0.9;
+      const std::uint64_t frame_key = key_of({sensor.seed, 0xF4A3E, 5});
+      const Image<std::uint16_t> codes = expose(sensor, ramp, exposure_s, 5);
+      int other = 0;
+      for (std::size_t i = 0; i < ramp.size(); ++i) {
+        double signal = static_cast<double>(ramp.values()[i]) * exposure_s;
+        const double read = sensor.read_noise_electrons / sensor.electrons_full_scale;
+        const double spread = std::sqrt(signal / sensor.electrons_full_scale + read * read);
+        if (signal < 1.0 + 10.0 * spread) {
+          const std::uint64_t key = mix(frame_key ^ i);
+          const NormalPair normal = normal_pair(key);
+          signal = (poisson(signal * sensor.electrons_full_scale, key, normal.first) +
+                    sensor.read_noise_electrons * normal.second) /
+                   sensor.electrons_full_scale;
+        }
+        const double code = std::clamp(
+            std::round(65535.0 * encode(sensor, signal, static_cast<int>(i % 3))), 0.0, 65535.0);
+        other += codes.values()[i] == code ? 0 : 1;
+        ASSERT_NEAR(codes.values()[i], code, 1.0) << i;  // where the rounding is a matter of bits
+      }
+      EXPECT_LT(other, 3);
     }
   }
 }

@@ -1,5 +1,5 @@
 // The measured table of diffusion's errors, as the program reads it. That the table is true is
-// `kappamu bench validity`'s business.
+// `kappamu-studies validity`'s business.
 #include "forward/analytic/validity.h"
 
 #include <gmock/gmock.h>

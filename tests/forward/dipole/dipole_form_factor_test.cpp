@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "core/optics.h"
-#include "forward/dipole/form_factor/quadrature.h"
 #include "tests/cases/form_factor_case.h"
+#include "tests/cases/form_factor_quadrature.h"
 
 namespace kappamu::forward::dipole {
 namespace {
@@ -28,7 +28,7 @@ TEST(FormFactor, IsTheIntegralOverTheTriangle) {
       const test_cases::FormFactorCase c = test_cases::form_factor_case(population, i);
       const Profile profile = make_profile(name, c.material, eta);
       EXPECT_NEAR(form_factor(profile, c.triangle, c.point).value /
-                      quadrature_form_factor(profile, c.triangle, c.point),
+                      test_cases::quadrature_form_factor(profile, c.triangle, c.point),
                   1.0, tolerance)
           << name << " " << i;
     }
@@ -41,7 +41,7 @@ TEST(FormFactor, WithAlignedSourcesIsTheIntegralToo) {
     const test_cases::FormFactorCase c = test_cases::form_factor_case(population, i);
     const Profile profile = make_profile("dipole", c.material, eta);
     EXPECT_NEAR(aligned_form_factor(profile, c.triangle, c.point).value /
-                    quadrature_aligned_form_factor(profile, c.triangle, c.point),
+                    test_cases::quadrature_aligned_form_factor(profile, c.triangle, c.point),
                 1.0, tolerance)
         << i;
   }

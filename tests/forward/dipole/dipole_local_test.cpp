@@ -14,9 +14,9 @@
 
 #include "core/mesh/shapes.h"
 #include "core/random.h"
-#include "forward/dipole/form_factor/quadrature.h"
 #include "forward/dipole/local/radius.h"
 #include "forward/registry.h"
+#include "tests/cases/form_factor_quadrature.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 
 namespace kappamu::forward::dipole {
@@ -48,8 +48,8 @@ struct Object {
     double sum = 0.0;
     for (std::size_t t = 0; t < irradiance.size(); ++t) {
       if (irradiance[t] == 0.0 || !from(t)) continue;
-      sum += irradiance[t] *
-             quadrature_form_factor(profile, corners_of(mesh, t), surface.position[to], 1e-5);
+      sum += irradiance[t] * test_cases::quadrature_form_factor(profile, corners_of(mesh, t),
+                                                                surface.position[to], 1e-5);
     }
     return sum;
   }

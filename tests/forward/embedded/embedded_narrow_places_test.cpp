@@ -1,5 +1,5 @@
 // Which divisor of the stated error applies where, and which parts count as thin. Whether what
-// comes of it covers the true error: embedded_population_test, `kappamu bench objects --section
+// comes of it covers the true error: embedded_population_test, `kappamu-studies objects --section
 // estimate`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // Laws of lateral reflectance: closed-form diffusion against the layered solver, the table against
 // white Monte Carlo runs at indices, anisotropies and seeds that it was not made from. Real
-// photographs are `kappamu bench sfdi`.
+// photographs are `kappamu-studies sfdi`.
 #include "forward/lateral/lateral_reflectance.h"
 
 #include <gtest/gtest.h>
@@ -32,10 +32,10 @@ TEST(LateralDiffusion, EqualsTheLayeredHalfSpace) {
 }
 
 TEST(LateralDiffusion, ThickSlabIsAHalfSpaceAndThinOneIsDarker) {
-  EXPECT_NEAR(slab_over_half_space(0.1, 0.5, A, 60.0), 1.0, 1e-9);
+  EXPECT_NEAR(slab_over_half_space(0.1, 0.5, A, A, 60.0), 1.0, 1e-9);
   double before = 0.0;
   for (const double thickness : {0.5, 1.0, 3.0, 10.0, 30.0}) {
-    const double ratio = slab_over_half_space(0.02, 0.0, A, thickness);
+    const double ratio = slab_over_half_space(0.02, 0.0, A, A, thickness);
     EXPECT_GT(ratio, before);
     EXPECT_LT(ratio, 1.0);
     before = ratio;

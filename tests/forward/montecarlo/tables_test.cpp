@@ -88,5 +88,15 @@ TEST(CollisionTable, RefusesWhatIsNoMedium) {
   }
 }
 
+// A photon would scatter a million times, and a million photons would take hours.
+TEST(CollisionTable, LightThatScattersForEverIsRefused) {
+  const GridShape shape{4, 4, 4, 0.5};
+  Medium medium{Volume<double>(shape, 0.3), Volume<double>(shape, 0.01)};
+  collision_table(medium, 0.0);
+  medium.kappa[5] = 1e-7;
+  EXPECT_NE(sentence_of([&] { collision_table(medium, 0.0); }).find("choose a model of diffusion"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace kappamu::forward

@@ -1,5 +1,5 @@
 // The shift and scale that a volume shows, against dense matrices and of structured blocks. How
-// often they are reported, over many blocks: `kappamu bench limits --section consistency`.
+// often they are reported, over many blocks: `kappamu-studies limits --section consistency`.
 #include "inverse/data_checks/volume_errors.h"
 
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // [W] figure 13: the paper's own fit (one fixed λ on Σ|∇κ|², data unweighted) with its regulariser
 // over-, well- and under-weighted. The paper shows ten times its λ = 1e-5 and a tenth; this block,
 // with 1 % noise, shows the same at a hundred times and a ten-thousandth. Medians over more truths
-// and noises are `kappamu bench inverse --section regularisers`.
+// and noises are `kappamu-studies inverse --section regularisers`.
 #include <gtest/gtest.h>
 
 #include <cmath>

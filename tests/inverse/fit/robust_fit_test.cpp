@@ -1,6 +1,6 @@
 // Whole fits with other losses and regularisers, each against the fit without them. The data
 // term alone is tested in data_term_test.cpp, the regularisers in roughness_test.cpp; medians over
-// more truths and noises are `kappamu bench inverse --section losses`.
+// more truths and noises are `kappamu-studies inverse --section losses`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -201,6 +201,17 @@ TEST(SharedDeviation, AddsContrastAndUnresolvedStructure) {
   EXPECT_GT(unresolved.log_mu, std::hypot(contrast.log_mu, 0.2));
 }
 
+TEST(SharedDeviation, IsNoLessThanWhatASliceHas) {
+  SharedDeviation shared{0.2, 0.5};
+  EXPECT_EQ(shared.kappa_at(3), 0.2);
+  shared.slice_log_kappa = {0.1, 0.3};
+  shared.slice_log_mu = {0.6, 0.4};
+  EXPECT_EQ(shared.kappa_at(0), 0.2);
+  EXPECT_EQ(shared.kappa_at(1), 0.3);
+  EXPECT_EQ(shared.mu_at(0), 0.6);
+  EXPECT_EQ(shared.mu_at(1), 0.5);
+}
+
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
   const std::vector<LayerUncertainty> layers{{0.5, 0.02, 0.1, 0.0, 2.0, 0.99, 0.95, 0.1},
                                              {1.5, 0.1, 0.5, 1.2, 3.1, 0.9, 0.6, -0.2},

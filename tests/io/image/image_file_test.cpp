@@ -93,9 +93,9 @@ TEST_F(ImageFile, SentencesNameFileAndReason) {
   EXPECT_EQ(sentence_of([&] { read_code_image(folder_ / "a.png"); }),
             "cannot read " + (folder_ / "a.png").string() + ": there is no such file");
   write_text_atomically(folder_ / "a.png", "not an image at all");
-  EXPECT_EQ(
-      sentence_of([&] { read_code_image(folder_ / "a.png"); }),
-      (folder_ / "a.png").string() + ": not a PNG, TIFF or JPEG image; convert it to one of them");
+  EXPECT_EQ(sentence_of([&] { read_code_image(folder_ / "a.png"); }),
+            (folder_ / "a.png").string() +
+                ": not a PNG, TIFF, JPEG or BMP image; convert it to one of them");
   write_code_image(folder_ / "a.png", noise<std::uint16_t>(64, 48, 1, 4095), 12);
   truncate_to(folder_ / "a.png", 3000);
   EXPECT_EQ(sentence_of([&] { read_code_image(folder_ / "a.png"); }),

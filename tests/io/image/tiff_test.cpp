@@ -8,6 +8,7 @@
 #include "io/image/image_file.h"
 #include "io/image/photo_settings.h"
 #include "io/image/raw_file.h"
+#include "io/image/tiff_pages.h"
 #include "tests/io/image/plain_exr.h"
 #include "tests/io/support.h"
 
@@ -28,6 +29,7 @@ struct Page {
   std::vector<Tag> more{};
   unsigned bits = 16, strips = 1;
   std::string pixels{};
+  unsigned compression = 1;
 };
 
 std::string tiff(const std::vector<Page>& pages) {
@@ -58,7 +60,7 @@ std::string tiff(const std::vector<Page>& pages) {
         {256, 4, {page.width}},
         {257, 4, {page.height}},
         {258, 3, std::vector<std::uint32_t>(page.samples, page.bits)},
-        {259, 3, {1}},
+        {259, 3, {page.compression}},
         {262, 3, {page.photometric}},
         {273, 4, offsets},
         {277, 3, {page.samples}},
@@ -126,6 +128,16 @@ TEST_F(Tiff, ThePageThatIsNoPreviewIsRead) {
   EXPECT_THAT(refusal({preview, mask}), HasSubstr("previews and masks only"));
 }
 
+TEST_F(Tiff, PagesAreReadByNumberOnceAsked) {
+  const Page preview{1, 1, 2, 1}, small{1}, large{1, 0, 8, 4};
+  const auto file = write({small, preview, large});
+  EXPECT_EQ(count_tiff_pages(file), 2U);
+  EXPECT_EQ(read_tiff_page(file, 0).width(), 4);
+  EXPECT_EQ(read_tiff_page(file, 1)(7, 3), 8300.0F);
+  EXPECT_THAT(sentence_of([&] { read_tiff_page(file, 2); }),
+              HasSubstr("a.tif: has pages 0 to 1, no page 2"));
+}
+
 TEST_F(Tiff, OtherColoursAreRefusedByName) {
   EXPECT_THAT(refusal({Page{5, 0, 4, 2, 4}}), HasSubstr("CMYK"));
   EXPECT_THAT(refusal({Page{8, 0, 4, 2, 3}}), HasSubstr("Lab"));
@@ -155,6 +167,15 @@ TEST_F(Tiff, FloatsAreLinearLightAndPlanesAreReadInOrder) {
     const auto codes = write({numbers<std::uint16_t>(1, planes)});
     EXPECT_FALSE(is_float_image(codes));
     EXPECT_EQ(read_code_image(codes)(4, 2, 1), 43 / 8) << planes;
+  }
+}
+
+TEST_F(Tiff, FloatPagesAreReadByNumber) {
+  const auto file = write({numbers<float>(3), numbers<float>(3, true), numbers<float>(3)});
+  EXPECT_EQ(count_tiff_pages(file), 3U);
+  for (const std::size_t page : {0, 1, 2}) {
+    const Image<float> image = read_tiff_page(file, page);
+    for (int k = 0; k < 45; ++k) ASSERT_EQ(image(k / 3 % 5, k / 15, k % 3), k / 8.0F) << page;
   }
 }
 
@@ -224,6 +245,37 @@ TEST_F(Tiff, RawOfAGreySensorIsReadWithoutAMosaic) {
   linear.samples = 3;
   const auto file = write({linear}, "a.dng");
   EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("several colours a pixel"));
+}
+
+// Compression 7 is lossless JPEG (SOF3) or, by cameras and converters that save room, baseline JPEG
+// (SOF0), of which LibRaw made other codes, without a word.
+TEST_F(Tiff, LossyRawIsRefused) {
+  Image<std::uint8_t> picture(64, 48, 1);
+  for (int x = 0; x < 64 * 48; ++x) picture(x % 64, x / 64) = static_cast<std::uint8_t>(x % 251);
+  const std::vector<std::uint8_t> jpeg = encode_jpeg(picture, 90);
+  Page page = dng(true, {});
+  page.bits = 8;
+  page.pixels.assign(jpeg.begin(), jpeg.end());
+  page.compression = 7;
+  const auto file = write({page}, "a.dng");
+  EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("a.dng: holds lossy JPEG"));
+}
+
+// A lossless JPEG of 2 x 1 codes, made by hand from T.81, annex H: predictor 1, differences of no
+// bits (the code 1 << 15 everywhere).
+TEST_F(Tiff, LosslessRawIsRead) {
+  const std::string jpeg(
+      "\xFF\xD8"                                                  // begin
+      "\xFF\xC3\x00\x0B\x10\x00\x30\x00\x40\x01\x00\x11\x00"      // 16 bits, 48 x 64, one part
+      "\xFF\xC4\x00\x14\x00\x01\x00\x00\x00\x00\x00\x00\x00\x00"  // one code of one bit ...
+      "\x00\x00\x00\x00\x00\x00\x00\x00"                          // ... for differences of 0
+      "\xFF\xDA\x00\x08\x01\x01\x00\x01\x00\x00",                 // scan, predictor 1
+      2 + 13 + 22 + 10);
+  Page page = dng(true, {});
+  page.pixels = jpeg + std::string(64 * 48 / 8, '\0') + "\xFF\xD9";
+  page.compression = 7;
+  const RawImage raw = read_raw(write({page}, "a.dng"));
+  EXPECT_THAT(raw.mosaic.values(), testing::Each(1 << 15));
 }
 
 }  // namespace

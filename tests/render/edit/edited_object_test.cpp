@@ -112,6 +112,117 @@ TEST(EditedObject, VoxelsAreAsAskedOrRefused) {
   EXPECT_TRUE(fine.edited.history().list().empty());
 }
 
+Edit deformed_by(DeformKind kind, double amount) {
+  Edit edit;
+  edit.operation = Operation::deform;
+  edit.deformations = {{.kind = kind, .amount = amount}};
+  return edit;
+}
+
+/// Depth is below the surface as the edits before it have left it: a ball of radius 10 mm shrunk to
+/// 5 mm has no skin at 9 mm, whatever comes later; and a scene that names the recipe is of the same
+/// voxels and the same shape.
+TEST(EditedObject, DeformationsAreEditsInTheOrderOfTheList) {
+  Made made(ball(), 0.5);
+  made.done(multiplied(2.0, below_surface(0.0, 1.0)));
+  made.done(deformed_by(DeformKind::scale, 0.5));
+  EXPECT_GT(made.done(multiplied(8.0, below_surface(0.0, 1.0))), 0U);
+  const auto mu_at = [](const EditedObject& edited, double z) {
+    return edited.media().channels[0]->at({0.0, 0.0, z}).mu;
+  };
+  EXPECT_DOUBLE_EQ(mu_at(made.edited, 9.6), 0.002);
+  EXPECT_DOUBLE_EQ(mu_at(made.edited, 7.1), 0.001);
+  EXPECT_DOUBLE_EQ(mu_at(made.edited, 4.6), 0.008);
+  ASSERT_EQ(made.edited.history().deformations().size(), 1U);
+
+  const OwnFolder folder;
+  std::ofstream(folder / "recipe.json") << recipe_json(made.edited.recipe(), folder);
+  SceneObject named = ball();
+  named.edits = folder / "recipe.json";
+  named.deform = made.edited.history().deformations();
+  const TriangleMesh rest = make_object_mesh(named, made.warnings);
+  const TriangleMesh mesh = deformed_body(rest, named.deform);
+  const auto rays = make_embree_caster(mesh);
+  const EditedObject again(named, rest, mesh, *rays);
+  EXPECT_EQ(again.history().volume().media[0].mu.values(),
+            made.edited.history().volume().media[0].mu.values());
+  EXPECT_EQ(again.history().deformations(), named.deform);
+
+  made.edited.history().switch_off(1, true);
+  EXPECT_TRUE(made.edited.history().deformations().empty());
+  EXPECT_DOUBLE_EQ(mu_at(made.edited, 9.6), 0.016);
+  made.edited.history().undo();
+  EXPECT_DOUBLE_EQ(mu_at(made.edited, 4.6), 0.008);
+  // Beyond what a body bears.
+  made.done(deformed_by(DeformKind::bend, 360.0));
+  EXPECT_THAT(sentence_of([&] { made.edited.require_body(); }), HasSubstr("bend of 360"));
+  EXPECT_THAT(sentence_of([] {
+                EditHistory alone(one_voxel(HomogeneousMaterial{}));
+                alone.try_edit(deformed_by(DeformKind::scale, 0.5));
+              }),
+              HasSubstr("it deforms an object, and there is none"));
+}
+
+TEST(EditedObject, ShapesThatAPersonSetsBecomeEdits) {
+  const Deformation first{.kind = DeformKind::scale, .amount = 0.9},
+      second{.kind = DeformKind::inflate, .amount = 0.2},
+      third{.kind = DeformKind::twist, .amount = 5.0};
+  const auto after = [](const EditList& list, std::vector<Deformation> before) {
+    for (const auto& edit : list) edit->deform_on(before);
+    return before;
+  };
+  const std::vector<Deformation> unedited{first};
+  EditList list = with_deformations({}, unedited, {first, second});
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_FALSE(list[0]->instead);
+  list = with_deformations(list, unedited, {first, second, third});
+  ASSERT_EQ(list.size(), 2U);
+  EXPECT_EQ(after(list, unedited), (std::vector{first, second, third}));
+  list = with_deformations(list, unedited, {first, third});
+  EXPECT_EQ(after(list, unedited), (std::vector{first, third}));
+  list = with_deformations(list, unedited, {second, third});  // not the scene's own any more
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_TRUE(list[0]->instead);
+  EXPECT_EQ(after(list, unedited), (std::vector{second, third}));
+  list = with_deformations(list, unedited, {second, third, first});
+  EXPECT_EQ(after(list, unedited), (std::vector{second, third, first}));
+  list = with_deformations(list, unedited, {});
+  EXPECT_EQ(after(list, unedited), std::vector<Deformation>{});
+}
+
+/// A mesh of two colours by its texture coordinates: u below a half and above.
+TEST(EditedObject, ImagesLieByTextureCoordinates) {
+  const OwnFolder folder;
+  Image<std::uint8_t> halves(2, 1, 3, 0);
+  for (int c = 0; c < 3; ++c) halves(0, 0, c) = 255;
+  io::write_image(folder / "halves.png", halves);
+  Edit edit = multiplied(
+      4.0, CoordinatesSelection{.image = folder / "halves.png", .from_mm = 0.0, .to_mm = 1.0});
+  Made bare(ball(), 0.5);
+  EXPECT_THAT(sentence_of([&] { bare.done(edit); }), HasSubstr("texture coordinates"));
+
+  const SceneObject object = ball();
+  std::vector<std::string> warnings;
+  TriangleMesh mesh = make_object_mesh(object, warnings);
+  for (const auto& triangle : mesh.triangles) {
+    CornerTexture texture;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3d& corner = mesh.vertices[static_cast<std::size_t>(triangle[k])];
+      // From 0 at the lowest x to 1 at the highest, and once round more.
+      texture[k] = {static_cast<float>(1.0 + 0.5 + 0.499 * corner.x() / radius), 0.5F};
+    }
+    mesh.texture.push_back(texture);
+  }
+  const auto rays = make_embree_caster(mesh);
+  EditedObject edited(object, mesh, mesh, *rays, 0.5);
+  edited.history().try_edit(edit);
+  edited.history().commit();
+  const auto mu_at = [&](const Vector3d& at) { return edited.media().channels[0]->at(at).mu; };
+  EXPECT_DOUBLE_EQ(mu_at({-9.6, 0.1, 0.1}), 0.004);
+  EXPECT_DOUBLE_EQ(mu_at({9.6, 0.1, 0.1}), 0.001);
+  EXPECT_DOUBLE_EQ(mu_at({-7.6, 0.1, 0.1}), 0.001);
+}
+
 /// Half a voxel's diagonal and the facets of the ball blur the depth.
 TEST(EditedObject, DepthIsBelowTheObjectsSurface) {
   constexpr double voxel = 0.5, blur = 0.87 * voxel + 0.05;

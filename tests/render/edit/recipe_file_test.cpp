@@ -41,7 +41,14 @@ json full_recipe() {
                  "strokes": [{"points_mm": [[1, 2, 3]], "inward": [[0, 0, -1]]}]}},
       {"operation": "copy", "offset_mm": [1, 0, 0], "volume": "other.vdb",
        "where": {"kind": "box", "frame": "object", "from_mm": [0, 0, 0], "to_mm": [1, 1, 1]}},
-      {"operation": "surface", "eta": 1.5, "roughness": 0.2}],
+      {"operation": "surface", "eta": 1.5, "roughness": 0.2},
+      {"operation": "deform", "instead": true, "deform": [
+         {"kind": "twist", "degrees": 30, "axis": [0, 0, 1], "length_mm": 9},
+         {"kind": "dent", "mm": 1, "brush": {"centre_mm": [0, 0, 5], "radius_mm": 3, "edge": 0.5}},
+         {"kind": "bend", "degrees": 5, "towards": [1, 0, 0], "centre_mm": [0, 1, 0]},
+         {"kind": "noise", "mm": 0.1, "wavelength_mm": 2, "offset_mm": [1, 0, 0], "seed": 7}]},
+      {"operation": "multiply", "mu": 2,
+       "where": {"kind": "coordinates", "image": "leaf.png", "from_mm": 0, "to_mm": 1}}],
     "voxel_mm": 0.4})");
 }
 
@@ -80,6 +87,16 @@ std::vector<BadRecipe> bad_recipes() {
          r["edits"][9]["where"] = {{"kind", "all"}};
        },
        "edits[9].where is an unknown field"},
+      {"an unknown deformation", [](json& r) { r["edits"][10]["deform"][0]["kind"] = "melt"; },
+       "edits[10].deform[0].kind is 'melt'"},
+      {"no deformation",
+       [](json& r) {
+         r["edits"][10]["deform"] = json::array();
+         r["edits"][10].erase("instead");
+       },
+       "edits[10].deform changes nothing", false},
+      {"coordinates backwards", [](json& r) { r["edits"][11]["where"]["from_mm"] = 3; },
+       "to_mm is not beyond from_mm", false},
       {"colour of one", [](json& r) { r["edits"][6]["albedo"] = 1; }, "edits[6].albedo is 1"},
       {"colour and mu", [](json& r) { r["edits"][6]["mu"] = 0.1; }, "keep one of the pairs", false},
       {"numbers for channels",
@@ -148,7 +165,7 @@ class RecipeFile : public testing::Test {
 
 TEST_F(RecipeFile, ReadsEveryKind) {
   const Recipe recipe = read_recipe(write("r.json", full_recipe()));
-  ASSERT_EQ(recipe.edits.size(), 10U);
+  ASSERT_EQ(recipe.edits.size(), 12U);
   EXPECT_EQ(recipe.edits[0].channels, std::vector<std::string>{"R"});
   EXPECT_EQ(std::get<BrushSelection>(recipe.edits[1].where).stretch.y(), 2.0);
   EXPECT_EQ(std::get<DepthSelection>(recipe.edits[2].where).faces.size(), 1U);
@@ -161,7 +178,28 @@ TEST_F(RecipeFile, ReadsEveryKind) {
   EXPECT_EQ(recipe.edits[7].published, "skin1");
   EXPECT_EQ(recipe.edits[8].volume, folder_ / "other.vdb");
   EXPECT_EQ(recipe.edits[9].roughness, 0.2);
+  EXPECT_EQ(recipe.edits[10].deformations.size(), 4U);
+  EXPECT_TRUE(recipe.edits[10].instead);
+  EXPECT_EQ(std::get<CoordinatesSelection>(recipe.edits[11].where).image, folder_ / "leaf.png");
   EXPECT_EQ(recipe.voxel_mm, 0.4);
+}
+
+/// What is written is read to the last bit, a direction that is not of unit length apart.
+TEST_F(RecipeFile, KeepsDeformations) {
+  Recipe recipe;
+  Edit edit;
+  edit.operation = Operation::deform;
+  Deformation pull;
+  pull.amount = 1.0 / 3.0;
+  pull.axis = Eigen::Vector3d(1, 2, 3).normalized();
+  pull.brush = DeformBrush{{0.1, 0.2, 0.3}, 2.0 / 3.0, 0.7};
+  Deformation scale;
+  scale.kind = DeformKind::scale;
+  scale.amount = 1.1;
+  edit.deformations = {pull, scale};
+  recipe.edits = {edit};
+  std::ofstream(folder_ / "r.json") << recipe_json(recipe, folder_);
+  EXPECT_EQ(read_recipe(folder_ / "r.json").edits.at(0).deformations, edit.deformations);
 }
 
 TEST_F(RecipeFile, RefusesByFileAndField) {

@@ -1,4 +1,4 @@
-// `kappamu bench dipole` in its quick form: every section runs, and its rows hold what
+// `kappamu-studies dipole` in its quick form: every section runs, and its rows hold what
 // docs/dipole.md states.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// `kappamu bench forward --quick`, section by section: it runs, its record and summary are whole,
+// `kappamu-studies forward --quick`, section by section: it runs, its record and summary are whole,
 // its charts can be drawn. Numbers on toy grids mean nothing.
 #include "studies/forward/forward_bench.h"
 

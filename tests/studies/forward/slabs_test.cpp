@@ -25,10 +25,11 @@ constexpr double standard_errors = 4.0;  // one test in 16,000 fails by chance; 
 
 TEST(Slide, OfIndexOneOrOfTheSampleIsNone) {
   for (const double c : {0.3, 0.7, 0.9, 1.0}) {
-    EXPECT_NEAR(slide_reflectance(1.33, 1.0, c), fresnel_internal(1.33, c), 1e-12);
-    EXPECT_NEAR(slide_reflectance(1.33, 1.33, c), fresnel_internal(1.33, c), 1e-12);
+    EXPECT_NEAR(forward::slide_reflectance(1.33, 1.0, c), fresnel_internal(1.33, c), 1e-12);
+    EXPECT_NEAR(forward::slide_reflectance(1.33, 1.33, c), fresnel_internal(1.33, c), 1e-12);
   }
-  const BoundaryConstants with = slide_constants(1.4, 1.0), without = boundary_constants(1.4);
+  const BoundaryConstants with = forward::slide_constants(1.4, 1.0),
+                          without = boundary_constants(1.4);
   EXPECT_NEAR(with.A, without.A, 1e-5 * without.A);  // the midpoint rule's
   EXPECT_NEAR(with.r_phi, without.r_phi, 1e-5);
 }
@@ -36,9 +37,9 @@ TEST(Slide, OfIndexOneOrOfTheSampleIsNone) {
 TEST(Slide, ReflectsMoreThanNoneAtNormalIncidence) {
   const double n = 1.33, slide = 1.5;
   const double first = std::pow((n - slide) / (n + slide), 2), second = 0.04;
-  EXPECT_NEAR(slide_reflectance(n, slide, 1.0),
+  EXPECT_NEAR(forward::slide_reflectance(n, slide, 1.0),
               first + (1 - first) * (1 - first) * second / (1 - first * second), 1e-12);
-  EXPECT_GT(slide_constants(n, slide).A, slide_constants(n, 1.0).A);
+  EXPECT_GT(forward::slide_constants(n, slide).A, forward::slide_constants(n, 1.0).A);
 }
 
 /// van de Hulst (1980), as quoted for MCML: albedo 0.9, optical depth 2, g = 0.75, no surfaces.

@@ -1,4 +1,4 @@
-// The measurements of `kappamu bench inverse`: truths that are figures and not grids, scores that
+// The measurements of `kappamu-studies inverse`: truths that are figures and not grids, scores that
 // recognise the truth, records and their summaries.
 #include "studies/inverse/inverse_bench.h"
 

@@ -1,5 +1,5 @@
 // Standard deviations proved by sampling, on a block small enough for the suite; the full proof is
-// `kappamu bench uncertainty` (docs/theory.md, section 5).
+// `kappamu-studies uncertainty` (docs/theory.md, section 5).
 #include "studies/inverse/uncertainty_proof.h"
 
 #include <gtest/gtest.h>

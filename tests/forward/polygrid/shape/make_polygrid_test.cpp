@@ -1,5 +1,5 @@
 // Polygrids of shapes whose volume and topology are known, and of meshes that admit none.
-// Not tested here: real meshes (`kappamu bench polygrid`).
+// Not tested here: real meshes (`kappamu-studies polygrid`).
 #include "forward/polygrid/shape/make_polygrid.h"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,76 @@
+// OpenGL 3.3: a world's corners with their light, or a traced picture, drawn into a picture of its
+// own, which goes to the window and to files.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/image.h"
+#include "render/light/environment.h"
+#include "render/live/lit_corners.h"
+#include "render/scene/scene.h"
+
+namespace kappamu::app {
+
+/// Part of a picture, from its bottom left corner [px].
+struct Viewport {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+/// What is drawn.
+struct Seen {
+  render::Camera camera;
+  std::optional<double> exposure;  ///< none: there is no light yet, and the shape alone is shaded
+  int channel = 0;                 ///< as ViewState has it
+  double near_mm = 0.1, far_mm = 1.0;
+  bool traced = false;  ///< the traced picture, which is of this camera
+  bool linear = false;  ///< radiance, before exposure and tone curve
+};
+
+/// Throws InputError where OpenGL refuses a shader. Fragment shaders have shaders::tone and sky.
+unsigned linked_program(const char* vertex, const char* fragment);
+Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, double far_mm,
+                                double aspect);
+
+class Canvas {
+ public:
+  /// With a context current. Throws InputError where it refuses the shaders.
+  explicit Canvas(const std::vector<float>& geometry);
+
+  /// Of as many corners as before, elsewhere.
+  void set_geometry(const std::vector<float>& geometry);
+  void set_light(const render::LitCorners& corners, const render::LiveAnswer& answer);
+  /// Behind the objects and in their reflections; none: dark.
+  void set_sky(const std::optional<render::Environment>& sky);
+  void turn_sky(double degrees);
+  /// R, G, B of radiance, the top row first.
+  void set_traced(const Image<float>& radiance);
+
+  /// Empties a picture of this size.
+  void begin(int width, int height);
+  void draw(const Seen& seen, const Viewport& at);
+  /// Draws go to this part of the picture again, after another target.
+  void bind(const Viewport& at) const;
+  /// Leaves the picture bound, so that a panel can be drawn over it.
+  void end();
+  void show(int window_width, int window_height) const;
+  Image<std::uint8_t> picture() const;
+
+ private:
+  void resize(int width, int height);
+  void use(unsigned program, const Seen& seen) const;
+
+  unsigned surface_ = 0, whole_ = 0;  ///< programs
+  unsigned array_ = 0, geometry_ = 0, light_ = 0, nothing_ = 0;
+  unsigned objects_ = 0, sky_ = 0, traced_ = 0;                 ///< textures
+  unsigned frame_ = 0, colour_ = 0;                             ///< the picture
+  unsigned fine_frame_ = 0, fine_colour_ = 0, fine_depth_ = 0;  ///< several samples a pixel
+  int corners_ = 0, width_ = 0, height_ = 0;
+  std::vector<Eigen::Vector4f> sources_;
+  std::vector<float> surfaces_;  ///< that `objects_` is of: η and roughness of each
+  bool has_sky_ = false, sky_visible_ = false;
+  float sky_turn_ = 0.0F;
+};
+
+}  // namespace kappamu::app

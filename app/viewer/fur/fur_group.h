@@ -1,0 +1,14 @@
+// The panel's group of fur: what the hair is like, the brush, what it costs.
+#pragma once
+
+#include <memory>
+
+#include "app/viewer/fur/fur_canvas.h"
+#include "app/viewer/panel.h"
+
+namespace kappamu::app {
+
+/// Of a scene with fur. Keeps references.
+std::unique_ptr<PanelGroup> fur_group(FurModel& model, FurCanvas& canvas);
+
+}  // namespace kappamu::app

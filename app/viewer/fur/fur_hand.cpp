@@ -1,0 +1,26 @@
+#include "app/viewer/fur/fur_hand.h"
+
+#include <imgui.h>
+
+namespace kappamu::app {
+
+void FurHand::follow(const std::vector<PointerEvent>& events, const Mouse& mouse,
+                     const ViewState& state) {
+  if (state.tool != Tool::fur) {
+    at_.reset();
+    return;
+  }
+  const render::LookAt look = state.look(state.area.aspect());
+  const bool free = !ImGui::GetIO().WantCaptureMouse && !mouse.holds_light();
+  for (const PointerEvent& event : events) {
+    const Eigen::Vector2d at = state.area.in_picture(event.x, event.y);
+    if (event.pressed && free) at_ = at;
+    if (!event.left) at_.reset();
+    // A brush needs a way to go: a comb's direction.
+    if (!at_ || (at - *at_).norm() < 0.005) continue;
+    model_.stroke(look, *at_, at);
+    at_ = at;
+  }
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,245 @@
+#include "app/viewer/fur/fur_model.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/processor_time.h"
+#include "render/light/environment.h"
+#include "render/light/light_source.h"
+
+namespace kappamu::app {
+
+using Eigen::Vector3d;
+
+namespace {
+
+/// Rays of the first tile, which takes a sixteenth of the usual time.
+constexpr int first_rays = 64;
+
+/// Whether both have the same tile but for its rays.
+bool same_tile(const render::Fur& a, const render::Fur& b) {
+  return a.width == b.width && a.density == b.density && a.curl == b.curl && a.lean == b.lean &&
+         a.seed == b.seed && a.bands == b.bands &&
+         std::abs(a.length_mm / a.tile() - b.length_mm / b.tile()) < 1e-9;
+}
+
+struct MadeTile {
+  std::shared_ptr<const render::FurTile> tile;
+  render::FurVolume volume;
+  double seconds = 0.0;
+};
+
+}  // namespace
+
+struct FurModel::Coat {
+  Shown shown;
+  render::Coat painted;
+  std::unique_ptr<render::FurryObject> furry;
+  std::future<MadeTile> coming;
+  render::Fur asked;  ///< of the tile that comes or is shown
+  int rays = 0;       ///< of that
+  bool placed = false, lit = false;
+};
+
+FurModel::FurModel(const render::Scene& scene, const render::World& world)
+    : world_(world), lights_(scene.lights) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (!scene.objects[i].fur) continue;
+    auto coat = std::make_unique<Coat>();
+    coat->shown.object = i;
+    coat->shown.fur = coat->asked = *scene.objects[i].fur;
+    coat->painted = render::coat_of(world.objects()[i].mesh, coat->shown.fur);
+    begin_tile(*coat, std::min(first_rays, coat->shown.fur.rays));
+    coats_.push_back(std::move(coat));
+  }
+}
+
+FurModel::~FurModel() = default;
+
+const FurModel::Shown& FurModel::shown(std::size_t coat) const {
+  return coats_[coat]->shown;
+}
+
+const std::string& FurModel::name(std::size_t coat) const {
+  return world_.objects()[coats_[coat]->shown.object].name;
+}
+
+bool FurModel::making(std::size_t coat) const {
+  return coats_[coat]->coming.valid();
+}
+
+bool FurModel::making() const {
+  return std::any_of(coats_.begin(), coats_.end(),
+                     [](const auto& coat) { return coat->coming.valid(); });
+}
+
+void FurModel::shade(render::LiveAnswer& answer) const {
+  for (const auto& coat : coats_) {
+    const std::size_t object = coat->shown.object;
+    const auto& triangles = world_.objects()[object].mesh.triangles;
+    const std::vector<double>& shares = coat->shown.skin_shares;
+    if (shares.empty()) continue;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      double share = 0.0;
+      for (const int v : triangles[t]) share += shares[static_cast<std::size_t>(v)] / 3.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        answer.exitance[object].exitance[c][t] *= share;
+        if (!answer.exitance[object].diffuse[c].empty()) {
+          answer.exitance[object].diffuse[c][t] *= share;
+        }
+      }
+      for (auto& source : answer.surface[object].arriving) {
+        source[t] *= static_cast<float>(share);
+      }
+    }
+  }
+}
+
+void FurModel::begin_tile(Coat& coat, int rays) const {
+  coat.asked = coat.shown.fur;
+  coat.rays = rays;
+  render::Fur fur = coat.asked;
+  fur.rays = rays;
+  coat.coming = std::async(std::launch::async, [fur] {
+    const Stopwatch watch;
+    Progress progress;
+    MadeTile made;
+    made.tile = std::make_shared<const render::FurTile>(render::make_fur_tile(fur, progress));
+    made.volume = render::make_fur_volume(*made.tile);
+    made.seconds = watch.seconds();
+    return made;
+  });
+}
+
+void FurModel::set(std::size_t index, const render::Fur& fur) {
+  Coat& coat = *coats_[index];
+  const render::Fur before = std::exchange(coat.shown.fur, fur);
+  if (before.length_mm != fur.length_mm || before.tile() != fur.tile() || before.comb != fur.comb ||
+      before.comb_turn_deg != fur.comb_turn_deg) {
+    coat.placed = false;
+  }
+}
+
+void FurModel::set_lights(const std::vector<render::Light>& lights) {
+  lights_ = lights;
+  for (const auto& coat : coats_) coat->lit = false;
+}
+
+void FurModel::moved() {
+  for (const auto& coat : coats_) coat->placed = false;
+}
+
+bool FurModel::stroke(const render::LookAt& look, const Eigen::Vector2d& from,
+                      const Eigen::Vector2d& to) {
+  const auto start = world_.first_hit(look.position(), look.direction(from.x(), from.y()), 0.0);
+  const auto end = world_.first_hit(look.position(), look.direction(to.x(), to.y()), 0.0);
+  if (!start || !end || start->object != end->object) return false;
+  const auto found = std::find_if(coats_.begin(), coats_.end(), [&](const auto& coat) {
+    return coat->shown.object == start->object;
+  });
+  if (found == coats_.end() || !(*found)->furry) return false;
+  Coat& coat = **found;
+  const render::WorldObject& object = world_.objects()[start->object];
+  const Rigid& world_from_object = object.world_from_object;
+  const Vector3d at = world_from_object.inverse() * start->position;
+  const Vector3d along = world_from_object.rotation.transpose() * (end->position - start->position);
+  const std::vector<render::SkinFrame> bare = render::skin_frames(object.mesh, coat.shown.fur);
+  for (std::size_t v = 0; v < object.mesh.vertices.size(); ++v) {
+    const double distance = (object.mesh.vertices[v] - at).norm() / brush.radius_mm;
+    if (distance >= 1.0) continue;
+    const double weight = std::pow(1.0 - distance * distance, 2.0);
+    const auto towards = [&](float& value, double goal) {
+      value += static_cast<float>(0.5 * weight * (goal - static_cast<double>(value)));
+    };
+    switch (brush.of) {
+      case FurBrush::Of::comb: {
+        const Vector3d wanted = bare[v].transpose() * along;
+        if (wanted.head<2>().norm() < 1e-9) break;
+        const double turn = static_cast<double>(coat.painted.turn[v]);
+        const Eigen::Vector2d mixed =
+            (1.0 - weight) * Eigen::Vector2d(std::cos(turn), std::sin(turn)) +
+            weight * wanted.head<2>().normalized();
+        coat.painted.turn[v] = static_cast<float>(std::atan2(mixed.y(), mixed.x()));
+        break;
+      }
+      case FurBrush::Of::length:
+        towards(coat.painted.length[v], brush.amount);
+        break;
+      case FurBrush::Of::density:
+        towards(coat.painted.density[v], brush.amount);
+        break;
+      case FurBrush::Of::colour:
+        for (int c = 0; c < 3; ++c) towards(coat.painted.colour[v][c], brush.colour[c]);
+        break;
+    }
+  }
+  coat.placed = false;
+  return true;
+}
+
+bool FurModel::update() {
+  bool changed = false;
+  for (const auto& held : coats_) {
+    Coat& coat = *held;
+    Shown& shown = coat.shown;
+    if (coat.coming.valid() &&
+        coat.coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+      MadeTile made = coat.coming.get();
+      shown.tile = std::move(made.tile);
+      shown.volume = std::move(made.volume);
+      shown.tile_s = made.seconds;
+      ++shown.volume_version;
+      coat.placed = false;
+    }
+    if (!coat.coming.valid()) {
+      if (!same_tile(coat.asked, shown.fur)) {
+        begin_tile(coat, std::min(first_rays, shown.fur.rays));
+      } else if (coat.rays < shown.fur.rays) {
+        begin_tile(coat, shown.fur.rays);
+      }
+    }
+    if (!shown.tile) continue;
+    if (!coat.placed) {
+      const Stopwatch watch;
+      const render::WorldObject& object = world_.objects()[shown.object];
+      coat.furry =
+          std::make_unique<render::FurryObject>(object, shown.fur, shown.tile, coat.painted);
+      shown.corners.geometry = render::fur_geometry(*coat.furry);
+      shown.patches = coat.furry->placement().patches();
+      shown.stretch = coat.furry->placement().stretch();
+      shown.place_ms = watch.milliseconds();
+      ++shown.geometry_version;
+      coat.placed = true;
+      coat.lit = false;
+      changed = true;
+    }
+    if (!coat.lit) {
+      const Stopwatch watch;
+      const auto environment = render::make_environment(lights_);
+      coat.furry->set_light(world_, render::make_light_sources(lights_),
+                            environment ? &*environment : nullptr);
+      render::light_fur(*coat.furry, shown.volume, shown.corners);
+      shown.skin_shares = render::skin_shares(*coat.furry);
+      shown.light_ms = watch.milliseconds();
+      ++shown.light_version;
+      coat.lit = changed = true;
+    }
+  }
+  return changed;
+}
+
+void FurModel::finish() {
+  for (bool open = true; open;) {
+    update();
+    open = false;
+    for (const auto& coat : coats_) {
+      if (!coat->coming.valid()) continue;
+      coat->coming.wait();
+      open = true;
+    }
+  }
+}
+
+}  // namespace kappamu::app

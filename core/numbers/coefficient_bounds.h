@@ -1,0 +1,17 @@
+// Which numbers are taken for those of a material, its voxels and its light.
+#pragma once
+
+namespace kappamu {
+
+/// κ [mm] lies between the two, μ [1/mm] below the second. Beyond, squares leave the range of
+/// floats, and light that scatters 1e9 times in a millimetre is followed for ever.
+inline constexpr double least_kappa = 1e-9, most_coefficient = 1e9;
+
+/// Edge of a voxel [mm]: beyond, areas and volumes of voxels leave the range of floats.
+inline constexpr double least_voxel_mm = 1e-6, most_voxel_mm = 1e6;
+
+/// Largest irradiance of all patterns, in the user's unit: light a million times dimmer and
+/// brighter is still a float.
+inline constexpr float least_light = 1e-20F, most_light = 1e20F;
+
+}  // namespace kappamu

@@ -1,0 +1,202 @@
+// Pictures of sfdi.json as instruments leave them: folders of frames, stacks, names by rule,
+// repeated, already demodulated, already divided.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "io/npy.h"
+#include "pipeline/sfdi/picture_names.h"
+#include "pipeline/sfdi/sfdi_map.h"
+#include "tests/own_folder.h"
+#include "tests/sentence.h"
+
+namespace kappamu::pipeline::sfdi {
+namespace {
+
+constexpr std::size_t extent = 64;
+constexpr double step_mm = 0.3, wave_per_mm = 0.2, full = 500.0;
+constexpr double phantom_mua = 0.02, phantom_musp = 1.0, tissue_mua = 0.035, tissue_musp = 1.4;
+
+double reflectance(bool sample, double frequency) {
+  const forward::LateralReflectance model({1.4, 0.9, {}});
+  return model(frequency, sample ? tissue_mua : phantom_mua, sample ? tissue_musp : phantom_musp)
+      .reflectance;
+}
+
+std::vector<float> picture(const std::function<double(double)>& of_x) {
+  std::vector<float> values;
+  for (std::size_t y = 0; y < extent; ++y) {
+    for (std::size_t x = 0; x < extent; ++x) {
+      values.push_back(static_cast<float>(of_x(step_mm * static_cast<double>(x))));
+    }
+  }
+  return values;
+}
+
+std::vector<float> lit(bool sample, double degrees, double frequency = wave_per_mm) {
+  const double even = full * reflectance(sample, 0.0);
+  const double wave = frequency > 0.0 ? full * reflectance(sample, frequency) : 0.0;
+  return picture([&](double x) {
+    return even + wave * std::cos(2.0 * std::numbers::pi * (frequency * x + degrees / 360.0));
+  });
+}
+
+std::vector<float> constant(double value) {
+  return picture([&](double) { return value; });
+}
+
+class SfdiFiles : public testing::Test {
+ protected:
+  void write(const std::string& name, const std::vector<float>& values) {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    io::write_npy(folder_ / name, {extent, extent}, std::span<const float>(values));
+  }
+  Maps map(const std::string& fields, bool phantom = true) {
+    const std::string scale = phantom ? R"("reference": {"coefficients": [{"wavelength_nm": 700,
+                     "absorption_per_mm": 0.02, "reduced_scattering_per_mm": 1.0}]})"
+                                      : R"("codes_per_reflectance": 500)";
+    std::ofstream(folder_ / file_name)
+        << R"({"format": "kappamu-sfdi", "version": 1, "pixel_mm": 0.3, "smoothing_mm": 0,
+               "medium": {"refractive_index": 1.4, "anisotropy": 0.9}, )"
+        << scale << ", " << fields << "}";
+    Progress quiet;
+    return measure_maps(read_description(folder_), quiet);
+  }
+  void expect_tissue(const Maps& maps, const std::string& which) {
+    const WavelengthMap& m = maps.wavelengths.front();
+    EXPECT_NEAR(m.mua(30, 30) / tissue_mua, 1.0, 2e-3) << which;
+    EXPECT_NEAR(m.musp(30, 30) / tissue_musp, 1.0, 2e-3) << which;
+  }
+  std::string refusal(const std::string& fields) {
+    return sentence_of([&] { map(fields); });
+  }
+
+  OwnFolder folder_;
+};
+
+TEST_F(SfdiFiles, FoldersStacksAndRepeatsArePictures) {
+  // Twelve frames of a video, four of each phase, numbered without leading zeros; the lamp flickers
+  // from frame to frame, and comes back to its mean over four.
+  constexpr std::array<double, 4> flicker{0.99, 1.01, 1.02, 0.98};
+  for (const bool sample : {true, false}) {
+    std::vector<float> stack;
+    for (std::size_t i = 0; i < 12; ++i) {
+      std::vector<float> frame = lit(sample, 120.0 * static_cast<double>(i / 4));
+      for (float& value : frame) value *= static_cast<float>(flicker[i % 4]);
+      write((sample ? "tissue/frame" : "phantom/frame") + std::to_string(i + 5) + ".npy", frame);
+    }
+    for (const double degrees : {0.0, 120.0, 240.0}) {
+      const std::vector<float> one = lit(sample, degrees);
+      stack.insert(stack.end(), one.begin(), one.end());
+    }
+    io::write_npy(folder_ / (sample ? "tissue.npy" : "phantom.npy"), {3, extent, extent},
+                  std::span<const float>(stack));
+  }
+  expect_tissue(map(R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2, "repeats": 4,
+                       "sample": ["tissue"], "reference": ["phantom"]}])"),
+                "folders");
+  const std::string stacks = R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2,
+                                "sample": ["tissue.npy"], "reference": ["phantom.npy"]}])";
+  expect_tissue(map(stacks), "stacks");
+  expect_tissue(map(R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2,
+                       "phases_degrees": [240, 0, 120],
+                       "sample": ["tissue.npy:2", "tissue.npy:0", "tissue.npy:1"],
+                       "reference": ["phantom.npy:2", "phantom.npy:0", "phantom.npy:1"]}])"),
+                "pages");
+  EXPECT_EQ(pictures_named(folder_, "tissue").front(), "tissue/frame5.npy");
+  EXPECT_EQ(pictures_named(folder_, "tissue").back(), "tissue/frame16.npy");
+  EXPECT_NE(sentence_of([&] { read_picture(folder_, "tissue.npy:3"); }).find("no page 3"),
+            std::string::npos);
+  EXPECT_NE(refusal(R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2, "repeats": 5,
+                       "sample": ["tissue"], "reference": ["phantom"]}])")
+                .find("has 12 pictures, no multiple of repeats, 5"),
+            std::string::npos);
+}
+
+TEST_F(SfdiFiles, AmbiguousFoldersAreRefused) {
+  const auto refused = [&](const std::string& name, const std::string& part) {
+    const std::string sentence = sentence_of([&] { pictures_named(folder_, name); });
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find(folder_.path().string()), std::string::npos) << sentence;
+  };
+  for (const char* name : {"gap/1.npy", "gap/2.npy", "gap/4.npy", "twice/a1.npy", "twice/b01.npy",
+                           "none/first.npy", "two/1.npy"}) {
+    write(name, constant(1.0));
+  }
+  std::ofstream(folder_ / "two/2.png") << "not read";
+  std::ofstream(folder_ / "two/notes 3.txt") << "not a picture";
+  std::filesystem::create_directory(folder_ / "empty");
+  refused("gap", "frame 3 is missing between 1 and 4");
+  refused("twice", "have the same number");
+  refused("none", "has no number");
+  refused("two", "holds pictures that end in");
+  refused("empty", "holds no picture");
+}
+
+TEST_F(SfdiFiles, NamesByRuleAreASeries) {
+  // As instruments number them, even light in all of the phases.
+  for (const bool sample : {true, false}) {
+    const std::string object = sample ? "tissue/" : "phantom/";
+    for (int phase = 0; phase < 3; ++phase) {
+      write(object + "L0F0P" + std::to_string(phase) + ".npy", lit(sample, 0.0, 0.0));
+      write(object + "L0F1P" + std::to_string(phase) + ".npy", lit(sample, 120.0 * phase));
+      write(object + "700nm_0.2_00" + std::to_string(phase + 1) + ".npy",
+            lit(sample, 120.0 * phase));
+    }
+  }
+  expect_tissue(map(R"("series": {"sample": "tissue/L{wavelength}F{frequency}P{phase}.npy",
+                       "reference": "phantom/L{wavelength}F{frequency}P{phase}.npy",
+                       "wavelengths_nm": [700], "per_mm": [0, 0.2],
+                       "phases_degrees": [0, 120, 240]})"),
+                "numbers");
+  expect_tissue(map(R"("series": {"sample": "tissue/{wavelength_nm}nm_{per_mm}_{phase:3}.npy",
+             "reference": "phantom/{wavelength_nm}nm_{per_mm}_{phase:3}.npy", "first_number": 1,
+             "wavelengths_nm": [700], "per_mm": [0.2], "phases_degrees": [0, 120, 240]})"),
+                "values");
+  EXPECT_NE(refusal(R"("series": {"sample": "tissue/F{frequency}P{phase}.npy",
+                       "wavelengths_nm": [700, 800], "per_mm": [0.2],
+                       "phases_degrees": [0, 120, 240]})")
+                .find("put {wavelength} or {wavelength_nm} into the name"),
+            std::string::npos);
+  EXPECT_NE(refusal(R"("series": {"sample": "tissue/{lambda}.npy", "wavelengths_nm": [700],
+                       "per_mm": [0.2]})")
+                .find("series.sample has '{lambda}'"),
+            std::string::npos);
+}
+
+TEST_F(SfdiFiles, DemodulatedPicturesAndRatiosNeedNoPhases) {
+  for (const bool sample : {true, false}) {
+    const std::string object = sample ? "tissue_" : "phantom_";
+    write(object + "dc.npy", constant(full * reflectance(sample, 0.0)));
+    write(object + "ac.npy", constant(full * reflectance(sample, wave_per_mm)));
+  }
+  write("ratio_dc.npy", constant(reflectance(true, 0.0) / reflectance(false, 0.0)));
+  write("ratio_ac.npy", constant(reflectance(true, wave_per_mm) / reflectance(false, wave_per_mm)));
+  const auto two = [](const std::string& sample, const std::string& reference,
+                      const std::string& content) {
+    std::string text = R"("measurements": [)";
+    for (const std::string part : {"dc", "ac"}) {
+      text += R"({"wavelength_nm": 700, "per_mm": )" + std::string(part == "dc" ? "0" : "0.2") +
+              R"(, "content": ")" + content + R"(", "sample": [")" + sample + part + R"(.npy"])";
+      if (!reference.empty()) text += R"(, "reference": [")" + reference + part + R"(.npy"])";
+      text += part == "dc" ? "}, " : "}]";
+    }
+    return text;
+  };
+  expect_tissue(map(two("tissue_", "phantom_", "demodulated")), "demodulated");
+  expect_tissue(map(two("tissue_", "", "demodulated"), false), "reflectance");
+  expect_tissue(map(two("ratio_", "", "ratio")), "ratio");
+  EXPECT_NE(refusal(two("ratio_", "phantom_", "ratio")).find("is divided already"),
+            std::string::npos);
+  EXPECT_NE(refusal(R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2, "content": "ratio",
+                       "sample": ["ratio_ac.npy"]}])")
+                .find("demodulated pictures have no mean; add even light"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace kappamu::pipeline::sfdi
