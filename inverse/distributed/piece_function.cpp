@@ -75,19 +75,6 @@ double PieceFunction::amplitude(const Vector& z, const Vector& direction) {
   return largest;
 }
 
-void PieceFunction::adopt(const PieceFunction& before, double weight_before, Vector& step,
-                          Vector& change) const {
-  const CoefficientPair moved = before.basis_.to_fields(step);
-  CoefficientPair by_field = before.basis_.gradient_by_field(change);
-  const double added = objective_.weight() - weight_before;
-  if (added != 0.0) {
-    const CoefficientPair smoothing = objective_.smoothing(scale_.by_scaled(here_, moved));
-    add_scaled(by_field, added, scale_.by_scaled(here_, smoothing));
-  }
-  step = basis_.from_fields(moved);
-  change = basis_.gradient(by_field);
-}
-
 double PieceFunction::chi2_gain(const Basis& basis, double weight) const {
   const BlockPieces& pieces = objective_.pieces();
   const double here = objective_.weight();

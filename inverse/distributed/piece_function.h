@@ -28,8 +28,6 @@ class PieceFunction final : public Function {
   Vector gradient() override;
   double amplitude(const Vector& z, const Vector& direction) override;
   double total(double part) const override { return objective_.pieces().sum(part); }
-  /// As FitFunction's; `weight_before` is that of `before`.
-  void adopt(const PieceFunction& before, double weight_before, Vector& step, Vector& change) const;
   /// As FitFunction's, at the fields of the last value().
   double chi2_gain(const Basis& basis, double weight) const;
 

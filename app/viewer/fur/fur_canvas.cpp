@@ -41,10 +41,9 @@ std::vector<float> norms_of(const render::Fur& fur) {
   using forward::shells::HairModel;
   const HairModel model =
       fur.reflectance == "marschner" ? HairModel::marschner : HairModel::kajiya_kay;
+  const forward::shells::HairReflectance reflectance(model, fur.shine);
   std::vector<float> norms;
-  for (const double n : forward::shells::HairReflectance(model, fur.shine).norms()) {
-    norms.push_back(static_cast<float>(n));
-  }
+  for (const double n : reflectance.norms()) norms.push_back(static_cast<float>(n));
   return norms;
 }
 

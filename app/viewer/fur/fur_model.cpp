@@ -25,15 +25,14 @@ bool same_tile(const render::Fur& a, const render::Fur& b) {
          std::abs(a.length_mm / a.tile() - b.length_mm / b.tile()) < 1e-9;
 }
 
-struct MadeTile {
-  std::shared_ptr<const render::FurTile> tile;
-  render::FurVolume volume;
-  double seconds = 0.0;
-};
-
 }  // namespace
 
 struct FurModel::Coat {
+  struct MadeTile {
+    std::shared_ptr<const render::FurTile> tile;
+    render::FurVolume volume;
+    double seconds = 0.0;
+  };
   Shown shown;
   render::Coat painted;
   std::unique_ptr<render::FurryObject> furry;
@@ -105,7 +104,7 @@ void FurModel::begin_tile(Coat& coat, int rays) const {
   coat.coming = std::async(std::launch::async, [fur] {
     const Stopwatch watch;
     Progress progress;
-    MadeTile made;
+    Coat::MadeTile made;
     made.tile = std::make_shared<const render::FurTile>(render::make_fur_tile(fur, progress));
     made.volume = render::make_fur_volume(*made.tile);
     made.seconds = watch.seconds();
@@ -186,7 +185,7 @@ bool FurModel::update() {
     Shown& shown = coat.shown;
     if (coat.coming.valid() &&
         coat.coming.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-      MadeTile made = coat.coming.get();
+      Coat::MadeTile made = coat.coming.get();
       shown.tile = std::move(made.tile);
       shown.volume = std::move(made.volume);
       shown.tile_s = made.seconds;
