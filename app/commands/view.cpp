@@ -172,8 +172,9 @@ from saved edits, and from those of a window that ended before they were saved.
 
 A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
 exposure E, panel on|off, trace on|off, channel all|R|G|B,
-brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH, paint X Y ..., preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N,
-save, screenshot NAME, quit.)");
+brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH, paint X Y ...,
+fur NAME VALUE, comb X0 Y0 X1 Y1 RADIUS, preview RECIPE, keep, cancel, undo, redo,
+slice NAME x|y|z N, photograph N, save, screenshot NAME, quit.)");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()

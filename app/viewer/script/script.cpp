@@ -170,6 +170,14 @@ std::vector<Command> read(const std::filesystem::path& file) {
           file.string() + ": line " + std::to_string(number) + ": '" + shown_name(line) +
           "' is no command of a script, or lacks a value; docs/howto/view.md lists them");
     }
+    // Told before the first picture is computed.
+    if (const auto* shot = std::get_if<Screenshot>(&*command)) {
+      const std::string ending = std::filesystem::path(shot->name).extension();
+      if (ending != ".png" && ending != ".tif" && ending != ".tiff") {
+        throw InputError(file.string() + ": line " + std::to_string(number) + ": '" + shot->name +
+                         "' names no picture; end it in .png, .tif or .tiff");
+      }
+    }
     if (const auto* brush = std::get_if<Brush>(&*command)) {
       try {
         require_valid(brush->edit(render::WholeSelection{}));
