@@ -10,13 +10,6 @@ namespace kappamu::inverse::distributed {
 
 namespace {
 
-void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term) {
-  for (std::size_t i = 0; i < to.log_mu.size(); ++i) {
-    to.log_kappa[i] += factor * term.log_kappa[i];
-    to.log_mu[i] += factor * term.log_mu[i];
-  }
-}
-
 }  // namespace
 
 double product(const BlockPieces& pieces, const Vector& a, const Vector& b) {

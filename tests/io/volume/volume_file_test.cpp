@@ -310,8 +310,8 @@ TEST_F(VolumeFile, BadVolumesAreNotWritten) {
   set.media[1].kappa(4, 2, 3) = std::nan("");
   EXPECT_EQ(sentence_of([&] { write_vdb(folder_ / "a.vdb", set); }),
             (folder_ / "a.vdb").string() +
-                ", channel G: kappa is nan at voxel x=4 y=2 z=3; every kappa must be finite and "
-                "positive [mm]");
+                ", channel G: kappa is nan at voxel x=4 y=2 z=3; every kappa must be positive, "
+                "from 1e-9 to 1e9 mm");
   set = marker_set();
   set.channels[1] = "R";
   EXPECT_THAT(sentence_of([&] { write_vdb(folder_ / "a.vdb", set); }),

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "device/device_info.h"
 #include "forward/forward_model.h"
+#include "forward/lateral/slides.h"
 #include "tests/own_folder.h"
 #include "tests/reference_data.h"
 #include "tests/sentence.h"
