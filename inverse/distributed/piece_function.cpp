@@ -8,10 +8,6 @@
 
 namespace kappamu::inverse::distributed {
 
-namespace {
-
-}  // namespace
-
 double product(const BlockPieces& pieces, const Vector& a, const Vector& b) {
   return pieces.sum(dot(a, b));
 }
