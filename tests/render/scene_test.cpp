@@ -32,6 +32,10 @@ using testing::HasSubstr;
 
 class SceneFile : public testing::Test {
  protected:
+  SceneFile() {
+    write("f.recipe.json", R"({"format": "kappamu-edit", "version": 1, "edits": [
+      {"operation": "multiply", "mu": 2, "where": {"kind": "all"}}]})");
+  }
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     return folder_ / name;
@@ -316,6 +320,7 @@ TEST_F(SceneFile, SchemaAgreesWithTheReader) {
     bad.edit(scene);
     add(bad.name, scene, !bad.schema_sees_it);
   }
+  std::filesystem::remove(folder_ / "f.recipe.json");  // no scene
   expect_schema_verdicts("scene.schema.json", folder_, expected);
 }
 
