@@ -145,9 +145,11 @@ void add_globals(CLI::App& app, Globals& globals) {
 void refuse_non_finite(CLI::App& app) {
   // What the types of options that hold floating-point numbers are called in the manual pages.
   static const std::set<std::string> numbers{"FLOAT", "FLOAT ...", "FACTOR", "G",
-                                             "MM",    "SECONDS",   "SHARE",  "X,Y,Z"};
+                                             "MM",    "SECONDS",   "SHARE",  "X,Y,Z",
+                                             "F ...", "D ...",     "D"};
   for (CLI::Option* option : app.get_options()) {
-    if (numbers.count(option->get_type_name()) == 0) continue;
+    const std::string type = option->get_type_name();  // "FLOAT:FLOAT in [0 - 1]" with a range
+    if (numbers.count(type.substr(0, type.find(':'))) == 0) continue;
     option->check([](const std::string& text) -> std::string {
       double value = 0.0;
       if (!CLI::detail::lexical_cast(text, value) || std::isfinite(value)) return {};

@@ -47,8 +47,8 @@ class RecordTest : public FolderTest {
     EXPECT_EQ(std::system(("/usr/bin/python3 " + script + " '" + folder().string() + "'").c_str()),
               0);
     for (const std::string& name : pictures) {
-      // An empty page of axes is a tenth of this.
-      EXPECT_GT(std::filesystem::file_size(folder() / (name + ".png")), 10000U) << name;
+      // An empty page of axes is a fifth of this.
+      EXPECT_GT(std::filesystem::file_size(folder() / (name + ".png")), 5000U) << name;
     }
     std::string text;
     for (const std::string& name : tables) {
