@@ -1,5 +1,5 @@
-// What the programs kappamu and kappamu-studies share: options of every command, and failures as one
-// sentence and an exit code.
+// What the programs kappamu and kappamu-studies share: options of every command, and failures as
+// one sentence and an exit code.
 #pragma once
 
 #include "app/command.h"

@@ -1,6 +1,6 @@
-// What `kappamu-studies` measures: subjects, each with its sections and settings. A section measures
-// and hands over its numbers as JSON; record, file and summary are made here, charts and tables by
-// studies/bench_charts.py.
+// What `kappamu-studies` measures: subjects, each with its sections and settings. A section
+// measures and hands over its numbers as JSON; record, file and summary are made here, charts and
+// tables by studies/bench_charts.py.
 #pragma once
 
 #include <cstdint>

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "forward/registry.h"
-#include "render/deform/deform_file.h"
 #include "io/read_file.h"
 #include "pipeline/output_folder.h"
+#include "render/deform/deform_file.h"
 
 namespace kappamu::app {
 

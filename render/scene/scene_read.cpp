@@ -69,10 +69,11 @@ Finish read_finish(const Node& node, const std::filesystem::path& folder) {
 }
 
 Fur read_fur(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"length_mm"}, {"tile_mm", "width", "density", "curl", "lean", "comb",
-                                     "comb_turn_deg", "root_colour", "tip_colour", "variation",
-                                     "reflectance", "shine", "fins", "bands", "rays", "seed",
-                                     "length_map", "density_map", "colour_map", "comb_map"});
+  node.expect_fields({"length_mm"},
+                     {"tile_mm",     "width",         "density",     "curl",       "lean",
+                      "comb",        "comb_turn_deg", "root_colour", "tip_colour", "variation",
+                      "reflectance", "shine",         "fins",        "bands",      "rays",
+                      "seed",        "length_map",    "density_map", "colour_map", "comb_map"});
   Fur fur;
   fur.length_mm = length_of(node["length_mm"]);
   const auto number = [&](const char* field, double smallest, double largest, double& value) {

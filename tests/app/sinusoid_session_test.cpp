@@ -28,8 +28,7 @@ TEST_F(SinusoidSession, PhantomIsFoundWithinItsDeviations) {
   const ProcessResult mapped = kappamu("map " + simulated + "/session -o " + maps +
                                        " --anisotropy 0.9 --anisotropy-deviation 0.02");
   ASSERT_EQ(mapped.exit_code, 0) << mapped.standard_error;
-  const auto summary =
-      nlohmann::json::parse(io::read_text(fs::path(maps) / "summary.json"));
+  const auto summary = nlohmann::json::parse(io::read_text(fs::path(maps) / "summary.json"));
   constexpr std::array<double, 3> mua{0.03, 0.05, 0.08}, musp{2.0, 2.2, 2.4};
   // The simulator's own photons leave the middle of the face uncertain by as much.
   constexpr double photons_mua = 0.04, photons_musp = 0.015;

@@ -98,10 +98,9 @@ struct CombFur {
 };
 struct Quit {};
 
-using Command =
-    std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Trace,
-                 SetFur, CombFur, Quit>;
+using Command = std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot,
+                             Brush, Paint, Channel, Preview, Asked, ShowPhotograph, ShowSlice,
+                             Deform, Drag, Links, Trace, SetFur, CombFur, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);
