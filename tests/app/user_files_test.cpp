@@ -114,7 +114,8 @@ TEST_F(UserFiles, OutputFoldersOfOtherCommandsAreApartFromTheirInputs) {
   expect_one_sentence(kappamu("forward --kappa " + vdb + " --mu " + vdb + " --irradiance " + m +
                               "/irradiance.npy -o " + m),
                       "contains ");
-  expect_one_sentence(kappamu("bench slabs --data " + m + " -o " + m), "is ");
+  expect_one_sentence(run_process(KAPPAMU_PROGRAM "-studies slabs --data " + m + " -o " + m),
+                      "is ");
   expect_one_sentence(kappamu("chart " + at("t/spots.png") + " -o " + at("t")), "contains ");
   const std::string edit = "edit " + vdb + " --recipe " + at("r/recipe.json") + " -o ";
   for (const char* out : {"v", "r", "t"}) {
@@ -193,7 +194,7 @@ TEST_F(UserFiles, ForeignFilesOfOtherCommandsStay) {
   refused("fit " + m, "fit.partial/mine.txt", "fit.partial: is in the way");
   refused("forward --kappa " + vdb + " --mu " + vdb + " --irradiance " + m + "/irradiance.npy",
           "summary.json");
-  refused("bench boundary", "boundary.json");
+  refused("bench objects", "objects.json");
   write("recipe.json", R"({"format": "kappamu-edit", "version": 1, "edits": [
     {"operation": "multiply", "mu": 2, "where": {"kind": "all"}}]})");
   const std::string edit = "edit " + vdb + " --recipe " + at("recipe.json");
