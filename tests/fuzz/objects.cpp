@@ -106,6 +106,8 @@ std::string glb() {
 }  // namespace
 
 void read_scene(Bytes bytes) {
+  const fs::path edits = folder() / "edits";  // recipes that scenes name
+  if (!fs::exists(edits)) fs::copy(fs::path(KAPPAMU_SOURCE_DIR) / "scenes/edits", edits);
   write(folder() / "scene.json", bytes);
   render::read_scene(folder() / "scene.json");
 }
