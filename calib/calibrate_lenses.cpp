@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <condition_variable>
 #include <exception>
 #include <iterator>
 #include <map>
-#include <mutex>
 #include <string>
+#include <thread>
 
 #include "calib/linear_frame.h"
 #include "calib/projector/correspondences.h"
@@ -89,26 +88,23 @@ struct FoundBoards {
   }
 };
 
-/// Lets threads pass one after the other in the order of their numbers, from 0; leaving is passing.
-class InTurn {
- public:
-  void wait(int number) {
-    std::unique_lock lock(mutex_);
-    passed_.wait(lock, [&] { return next_ == number; });
-  }
-  void leave() {
-    {
-      const std::lock_guard lock(mutex_);
-      ++next_;
+/// work(k) for every k in [0, count), several at a time. What is thrown is the failure of the least
+/// k, whichever came first.
+template <class Work>
+void for_photographs(int count, unsigned at_once, const Work& work) {
+  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(count));
+  const auto caught = [&](int k) {
+    try {
+      work(k);
+    } catch (...) {
+      failures[static_cast<std::size_t>(k)] = std::current_exception();
     }
-    passed_.notify_all();
+  };
+  for_rows(count, caught, at_once);
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
   }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable passed_;
-  int next_ = 0;
-};
+}
 
 /// The boards of all photographs, several photographs at a time: those of the camera's views, then
 /// those of the planes.
@@ -121,43 +117,42 @@ std::vector<FoundBoards> search_boards(const capture::Session& session,
   // A photograph takes 30 bytes a pixel while its board is found.
   constexpr double most_bytes = 1.5e9, bytes_a_pixel = 30.0;
   const double pixels = 1.0 * session.camera.width * session.camera.height;
-  const auto at_once = static_cast<unsigned>(std::max(1.0, most_bytes / (bytes_a_pixel * pixels)));
+  const auto at_once = static_cast<unsigned>(std::clamp(most_bytes / (bytes_a_pixel * pixels), 1.0,
+                                                        std::thread::hardware_concurrency() + 1.0));
+  const auto frame = [&](int n) -> const capture::Frame& {
+    return n < views ? shots.camera_boards[static_cast<std::size_t>(n)]
+                     : shots.projector_planes[static_cast<std::size_t>(n - views)].board;
+  };
   std::vector<FoundBoards> all(static_cast<std::size_t>(count));
   OtherSize other(shots.board);
-  InTurn turn;
-  const auto search = [&](int n) {
-    FoundBoards& found = all[static_cast<std::size_t>(n)];
-    const capture::ProjectorPlane* plane =
-        n < views ? nullptr : &shots.projector_planes[static_cast<std::size_t>(n - views)];
-    const capture::Frame& frame =
-        plane != nullptr ? plane->board : shots.camera_boards[static_cast<std::size_t>(n)];
-    Image<float> grey;
-    std::exception_ptr failure;
-    try {
-      grey = load_linear(session, frame, radiometry);
-      found.printed = found.found([&] { return find_board(grey, shots.board, frame.file); });
-    } catch (...) {
-      failure = std::current_exception();
+  const int batch = static_cast<int>(at_once);
+  for (int first = 0; first < count; first += batch) {
+    std::vector<Image<float>> greys(static_cast<std::size_t>(std::min(batch, count - first)));
+    for_photographs(static_cast<int>(greys.size()), at_once, [&](int k) {
+      Image<float>& grey = greys[static_cast<std::size_t>(k)];
+      FoundBoards& found = all[static_cast<std::size_t>(first + k)];
+      grey = load_linear(session, frame(first + k), radiometry);
+      found.printed =
+          found.found([&] { return find_board(grey, shots.board, frame(first + k).file); });
+    });
+    // In order: what is said of another size does not depend on the threads.
+    for (std::size_t k = 0; k < greys.size(); ++k) {
+      const int n = first + static_cast<int>(k);
+      other.look(greys[k], frame(n).file, all[static_cast<std::size_t>(n)].printed.has_value());
     }
-    // What is said of another size, and of the first bad file, does not depend on the threads.
-    turn.wait(n);
-    try {
-      if (failure) std::rethrow_exception(failure);
-      other.look(grey, frame.file, found.printed.has_value());
-    } catch (...) {
-      turn.leave();
-      throw;
-    }
-    turn.leave();
-    if (plane == nullptr || !projected_boards || !found.printed) return;
-    grey = load_linear(session, *plane->projected, radiometry);
+  }
+  if (!projected_boards) return all;
+  for_photographs(count - views, at_once, [&](int p) {
+    const capture::Frame& projected =
+        *shots.projector_planes[static_cast<std::size_t>(p)].projected;
+    FoundBoards& found = all[static_cast<std::size_t>(views + p)];
+    if (!found.printed) return;
+    const Image<float> grey = load_linear(session, projected, radiometry);
     found.projected = found.found([&] {
       return find_projected_chessboard(grey, shots.projected_board->columns,
-                                       shots.projected_board->rows, *found.printed,
-                                       plane->projected->file);
+                                       shots.projected_board->rows, *found.printed, projected.file);
     });
-  };
-  for_rows(count, search, at_once);
+  });
   return all;
 }
 
