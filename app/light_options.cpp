@@ -7,7 +7,7 @@ namespace kappamu::app {
 void add_fit_light(CLI::App& command, capture::FitLight& light) {
   using capture::FitLight;
   using capture::LightShape;
-  constexpr int most = 100;  // of a projector's pixels hardly more are distinguished
+  constexpr int most = 100;  // of a projector's pixels few more are distinguished
   const auto choice = [&](const char* name, LightShape shape, const char* text) {
     const auto choose = [&light, shape](int n) {
       light.shape = shape;

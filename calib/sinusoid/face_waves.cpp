@@ -5,8 +5,10 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <utility>
 
 #include "core/error.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::calib {
 
@@ -153,11 +155,7 @@ FaceAnswer face_answer(const SurfaceMeasurements& m, std::size_t channel, const 
     answer.mask.values()[i] = 1;
     if (slope > 0.0) stripes.push_back(std::sqrt(rest / squares) / slope);
   }
-  if (!stripes.empty()) {
-    const auto middle = stripes.begin() + static_cast<std::ptrdiff_t>(stripes.size() / 2);
-    std::nth_element(stripes.begin(), middle, stripes.end());
-    answer.stripes = *middle;
-  }
+  if (!stripes.empty()) answer.stripes = upper_median(std::move(stripes));
   return answer;
 }
 

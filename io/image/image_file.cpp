@@ -32,7 +32,7 @@ PngPixels png_pixels(const Image<Code>& image) {
           static_cast<int>(8 * sizeof(Code))};
 }
 
-/// For camera frames: noise hardly compresses, and looking for runs only is faster than zlib's
+/// For camera frames: noise compresses little, and looking for runs only is faster than zlib's
 /// default search and gives smaller files (measured on 16-bit frames with shot noise).
 template <class Code>
 std::vector<unsigned char> encode_frame_png(const Image<Code>& image) {

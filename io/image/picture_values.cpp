@@ -231,6 +231,21 @@ bool is_float_tiff(std::span<const std::byte> bytes) {
 
 namespace {
 
+std::vector<std::byte> tiff_bytes(const fs::path& file) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  if (image_kind(bytes) != ImageKind::tiff) reject(file, "is no TIFF file; save it as one");
+  return bytes;
+}
+
+/// act(input) with the opened file.
+template <class Act>
+auto with_tiff(const fs::path& file, std::vector<std::byte>& bytes, const Act& act) {
+  check_structure(bytes, file, ImageKind::tiff);
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+  return act(input);
+}
+
 /// Floats of the selected page.
 Image<float> selected_floats(OiioInput& input, const fs::path& file, std::size_t bytes,
                              const SizeCheck& expected) {
@@ -251,39 +266,32 @@ Image<float> selected_floats(OiioInput& input, const fs::path& file, std::size_t
 
 Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& bytes,
                               const SizeCheck& expected) {
-  check_structure(bytes, file, ImageKind::tiff);
-  OiioInput input(file, bytes);
-  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-  select_page(input, file);
-  return selected_floats(input, file, bytes.size(), expected);
+  return with_tiff(file, bytes, [&](OiioInput& input) {
+    select_page(input, file);
+    return selected_floats(input, file, bytes.size(), expected);
+  });
 }
 
 std::size_t count_tiff_pages(const fs::path& file) {
-  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
-  if (image_kind(bytes) != ImageKind::tiff) reject(file, "is no TIFF file; save it as one");
-  check_structure(bytes, file, ImageKind::tiff);
-  OiioInput input(file, bytes);
-  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-  return full_pages(input, file).size();
+  std::vector<std::byte> bytes = tiff_bytes(file);
+  return with_tiff(file, bytes, [&](OiioInput& input) { return full_pages(input, file).size(); });
 }
 
 Image<float> read_tiff_page(const fs::path& file, std::size_t page) {
-  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
-  if (image_kind(bytes) != ImageKind::tiff) reject(file, "is no TIFF file; save it as one");
-  check_structure(bytes, file, ImageKind::tiff);
-  OiioInput input(file, bytes);
-  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-  select_page(input, file, page);
-  if (input.spec().format.is_floating_point()) {
-    return selected_floats(input, file, bytes.size(), {});
-  }
-  check_colours(input.spec(), file);
-  check_channels(input.spec(), file);
-  check_extent(input.spec(), file, bytes.size(), bits_of(input.spec(), file), {});
-  const auto codes = read_values<std::uint16_t>(input, file, ImageKind::tiff);
-  Image<float> picture(codes.width(), codes.height(), codes.channels());
-  std::copy(codes.values().begin(), codes.values().end(), picture.values().begin());
-  return picture;
+  std::vector<std::byte> bytes = tiff_bytes(file);
+  return with_tiff(file, bytes, [&](OiioInput& input) {
+    select_page(input, file, page);
+    if (input.spec().format.is_floating_point()) {
+      return selected_floats(input, file, bytes.size(), {});
+    }
+    check_colours(input.spec(), file);
+    check_channels(input.spec(), file);
+    check_extent(input.spec(), file, bytes.size(), bits_of(input.spec(), file), {});
+    const auto codes = read_values<std::uint16_t>(input, file, ImageKind::tiff);
+    Image<float> picture(codes.width(), codes.height(), codes.channels());
+    std::copy(codes.values().begin(), codes.values().end(), picture.values().begin());
+    return picture;
+  });
 }
 
 }  // namespace kappamu::io

@@ -115,7 +115,7 @@ std::vector<std::uint8_t> filtered(const PngPixels& pixels, int first, int last)
 /// noise, for the same size.
 void deflate_strip(std::span<std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
   std::vector<std::uint8_t> tables(ISAL_DEF_LVL1_DEFAULT);
-  isal_zstream stream;
+  isal_zstream stream{};  // what isal_deflate_stateless_init() leaves is read as well (hist_bits)
   isal_deflate_stateless_init(&stream);
   stream.level = 1;
   stream.level_buf = tables.data();

@@ -1,17 +1,15 @@
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
+#include <utility>
 #include <vector>
+
+#include "core/numbers/median.h"
 
 namespace kappamu::pipeline::sfdi {
 
-/// The upper one of two middle values; 0 of none.
+/// upper_median(), and 0 of none.
 inline double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? 0.0 : upper_median(std::move(values));
 }
 
 }  // namespace kappamu::pipeline::sfdi

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using OfChannels = std::array<std::vector<forward::Beam>, 3>;
 
 constexpr std::uint32_t beams_of_light = 16'384, beams_of_glow = 32'768;
-/// Of a body that fills its box hardly at all, places in it are looked for no longer.
+/// Tries to find a place inside a body that fills very little of its box.
 constexpr std::uint32_t most_draws_per_beam = 4096;
 /// Radius of a light, over the shortest mean free path and over the object at least: about a point
 /// first collisions would have no bound, and no cubes would be fine enough.

@@ -55,10 +55,7 @@ unsigned linked_program(const char* vertex, const char* fragment) {
   return program;
 }
 
-namespace {
-
-/// Interleaved, from `first` on, of so many floats each.
-void attributes(GLuint first, const std::vector<int>& sizes) {
+void set_attributes(unsigned first, const std::vector<int>& sizes) {
   int stride = 0;
   for (const int size : sizes) stride += size;
   std::size_t offset = 0;
@@ -72,15 +69,17 @@ void attributes(GLuint first, const std::vector<int>& sizes) {
   }
 }
 
+void upload_floats(const std::vector<float>& values, unsigned usage) {
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(values.size() * sizeof(float)),
+               values.data(), usage);
+}
+
+namespace {
+
 void filter(GLint as) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
                   as == GL_LINEAR ? GL_LINEAR_MIPMAP_LINEAR : as);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, as);
-}
-
-void upload(const std::vector<float>& values, GLenum usage) {
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(values.size() * sizeof(float)),
-               values.data(), usage);
 }
 
 }  // namespace
@@ -113,13 +112,13 @@ Canvas::Canvas(const std::vector<float>& geometry)
   glBindVertexArray(array_);
   glGenBuffers(1, &geometry_);
   glBindBuffer(GL_ARRAY_BUFFER, geometry_);
-  upload(geometry, GL_STATIC_DRAW);
-  attributes(0, {3, 3, 1});
+  upload_floats(geometry, GL_STATIC_DRAW);
+  set_attributes(0, {3, 3, 1});
   glGenBuffers(1, &light_);
   glBindBuffer(GL_ARRAY_BUFFER, light_);
-  upload(std::vector<float>(static_cast<std::size_t>(corners_) * LitCorners::light_floats),
-         GL_STREAM_DRAW);
-  attributes(3, std::vector<int>(LitCorners::light_floats / 3, 3));
+  upload_floats(std::vector<float>(static_cast<std::size_t>(corners_) * LitCorners::light_floats),
+                GL_STREAM_DRAW);
+  set_attributes(3, std::vector<int>(LitCorners::light_floats / 3, 3));
   for (unsigned* texture : {&objects_, &sky_, &traced_}) {
     glGenTextures(1, texture);
     glBindTexture(GL_TEXTURE_2D, *texture);
@@ -131,12 +130,12 @@ Canvas::Canvas(const std::vector<float>& geometry)
 
 void Canvas::set_geometry(const std::vector<float>& geometry) {
   glBindBuffer(GL_ARRAY_BUFFER, geometry_);
-  upload(geometry, GL_STREAM_DRAW);
+  upload_floats(geometry, GL_STREAM_DRAW);
 }
 
 void Canvas::set_light(const LitCorners& corners, const render::LiveAnswer& answer) {
   glBindBuffer(GL_ARRAY_BUFFER, light_);
-  upload(corners.light(answer), GL_STREAM_DRAW);
+  upload_floats(corners.light(answer), GL_STREAM_DRAW);
   sources_.clear();
   for (const Eigen::Vector4d& source : answer.sources) sources_.push_back(source.cast<float>());
   std::vector<float> surfaces;

@@ -30,6 +30,11 @@ struct Seen {
 
 /// Throws InputError where OpenGL refuses a shader. Fragment shaders have shaders::tone and sky.
 unsigned linked_program(const char* vertex, const char* fragment);
+/// Attributes of the bound vertex array, from `first` on, of so many floats each, interleaved in
+/// the bound buffer.
+void set_attributes(unsigned first, const std::vector<int>& sizes);
+/// Contents of the bound buffer, for OpenGL's `usage`.
+void upload_floats(const std::vector<float>& values, unsigned usage);
 Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, double far_mm,
                                 double aspect);
 

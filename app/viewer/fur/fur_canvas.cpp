@@ -16,21 +16,16 @@ using render::FurCorners;
 
 namespace {
 
-void upload_floats(GLuint buffer, const std::vector<float>& values) {
-  glBindBuffer(GL_ARRAY_BUFFER, buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(values.size() * sizeof(float)),
-               values.data(), GL_DYNAMIC_DRAW);
+/// Attributes of four floats each, and one of what remains.
+std::vector<int> fours(int floats) {
+  std::vector<int> sizes(static_cast<std::size_t>(floats) / 4, 4);
+  if (floats % 4 != 0) sizes.push_back(floats % 4);
+  return sizes;
 }
 
-/// Attributes of four floats each, and one of what remains, from `first` on.
-void attributes_of_four(GLuint first, int floats) {
-  for (int done = 0; done < floats; done += 4, ++first) {
-    glEnableVertexAttribArray(first);
-    glVertexAttribPointer(
-        first, std::min(4, floats - done), GL_FLOAT, GL_FALSE,
-        static_cast<GLsizei>(sizeof(float)) * floats,
-        reinterpret_cast<const void*>(sizeof(float) * static_cast<std::size_t>(done)));
-  }
+void upload_to(GLuint buffer, const std::vector<float>& values) {
+  glBindBuffer(GL_ARRAY_BUFFER, buffer);
+  upload_floats(values, GL_DYNAMIC_DRAW);
 }
 
 GLint reflectance_of(const std::string& name) {
@@ -81,9 +76,9 @@ void FurCanvas::upload(const FurModel::Shown& shown, Coat& coat) {
     glGenTextures(3, coat.volumes.data());
     glBindVertexArray(coat.array);
     glBindBuffer(GL_ARRAY_BUFFER, coat.geometry);
-    attributes_of_four(0, FurCorners::geometry_floats);
+    set_attributes(0, fours(FurCorners::geometry_floats));
     glBindBuffer(GL_ARRAY_BUFFER, coat.light);
-    attributes_of_four((FurCorners::geometry_floats + 3) / 4, FurCorners::light_floats);
+    set_attributes((FurCorners::geometry_floats + 3) / 4, fours(FurCorners::light_floats));
   }
   if (std::exchange(coat.volume_version, shown.volume_version) != shown.volume_version) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -99,11 +94,11 @@ void FurCanvas::upload(const FurModel::Shown& shown, Coat& coat) {
     }
   }
   if (std::exchange(coat.geometry_version, shown.geometry_version) != shown.geometry_version) {
-    upload_floats(coat.geometry, shown.corners.geometry);
+    upload_to(coat.geometry, shown.corners.geometry);
     coat.corners = static_cast<int>(shown.corners.geometry.size()) / FurCorners::geometry_floats;
   }
   if (std::exchange(coat.light_version, shown.light_version) != shown.light_version) {
-    upload_floats(coat.light, shown.corners.light);
+    upload_to(coat.light, shown.corners.light);
   }
 }
 

@@ -170,7 +170,7 @@ std::vector<Command> read(const std::filesystem::path& file) {
           file.string() + ": line " + std::to_string(number) + ": '" + shown_name(line) +
           "' is no command of a script, or lacks a value; docs/howto/view.md lists them");
     }
-    // Told before the first picture is computed.
+    // Refused before the first picture is computed.
     if (const auto* shot = std::get_if<Screenshot>(&*command)) {
       const std::string ending = std::filesystem::path(shot->name).extension();
       if (ending != ".png" && ending != ".tif" && ending != ".tiff") {
