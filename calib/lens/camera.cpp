@@ -74,6 +74,7 @@ CameraFit start_from(const CameraSetting& setting, const KnownLens& known) {
   CameraFit fit;
   for (const BoardView& view : setting.views) {
     fit.poses.push_back(six_of(board_pose(known.lens, view.corners, setting.square_mm, view.name)));
+    shorten(fit.poses.back());
   }
   fit.numbers = numbers_of(known.lens);
   // The models that find outliers and come first have none of k3 to k6.

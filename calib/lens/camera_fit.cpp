@@ -117,15 +117,6 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
 
 constexpr int first_tangential = 6;  // p1 and p2 among the lens' numbers
 
-/// To four decimal digits: what OpenCV finds depends in its last digits on where its memory lies,
-/// and a start needs no more.
-void shorten(double& number) {
-  constexpr double steps = 16384.0;
-  int exponent = 0;
-  const double mantissa = std::frexp(number, &exponent);
-  number = std::ldexp(std::round(steps * mantissa) / steps, exponent);
-}
-
 }  // namespace
 
 CameraFit start_camera(const CameraSetting& setting, int width, int height) {
@@ -156,9 +147,9 @@ CameraFit start_camera(const CameraSetting& setting, int width, int height) {
   }
   for (std::size_t v = 0; v < setting.views.size(); ++v) {
     fit.poses.push_back(six_of(rotations[v], translations[v]));
-    for (double& number : fit.poses.back()) shorten(number);
+    shorten(fit.poses.back());
   }
-  for (double& number : fit.numbers) shorten(number);
+  shorten(fit.numbers);
   return fit;
 }
 

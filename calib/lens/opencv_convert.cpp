@@ -1,5 +1,7 @@
 #include "calib/lens/opencv_convert.h"
 
+#include <cmath>
+
 #include "calib/targets/board_shape.h"
 
 namespace kappamu::calib {
@@ -11,6 +13,15 @@ std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& tran
     six[3 + i] = translation.at<double>(i);
   }
   return six;
+}
+
+void shorten(std::span<double> numbers) {
+  constexpr double steps = 16384.0;
+  for (double& number : numbers) {
+    int exponent = 0;
+    const double mantissa = std::frexp(number, &exponent);
+    number = std::ldexp(std::round(steps * mantissa) / steps, exponent);
+  }
 }
 
 std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square) {

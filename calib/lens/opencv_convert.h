@@ -5,6 +5,7 @@
 #include <array>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
+#include <span>
 #include <vector>
 
 #include "calib/lens/lens.h"
@@ -23,6 +24,10 @@ inline cv::Mat distortion_vector(const Lens& lens) {
 }
 
 std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& translation);
+
+/// To four decimal digits: what OpenCV finds depends in its last digits on where its memory lies,
+/// and a start needs no more.
+void shorten(std::span<double> numbers);
 
 /// The corners' places on the flat board, in their order.
 std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square);

@@ -126,6 +126,9 @@ Fit start_with_opencv(const Setting& setting) {
   }
   const Rigid projector_from_plane = rigid_of(six_of(rotations[0], translations[0]));
   fit.projector = six_of(projector_from_plane * rigid_of(fit.planes[0]).inverse());
+  shorten(fit.numbers);
+  shorten(fit.projector);
+  for (std::array<double, 6>& plane : fit.planes) shorten(plane);
   return fit;
 }
 

@@ -90,15 +90,6 @@ std::vector<Eigen::Vector2d> in_original(const ScaledPicture& picture, const Cor
   return pixels;
 }
 
-/// OpenCV's sector-based detector, whose search draws random numbers: the same ones whatever its
-/// thread has searched before.
-template <class... Options>
-bool find_by_sectors(const cv::Mat& picture, const cv::Size& size, Corners& points,
-                     Options&&... options) {
-  cv::setRNGSeed(1);
-  return cv::findChessboardCornersSB(picture, size, points, std::forward<Options>(options)...);
-}
-
 /// Coarse corners, by OpenCV's detectors in the order of their cost: the adaptive one, the
 /// sector-based one, the adaptive one at twice the size for boards of small squares and with
 /// equalised histogram, which helps under uneven light, and at last the sector-based one on the
@@ -108,7 +99,7 @@ std::vector<Eigen::Vector2d> detect(const Image<float>& grey, const cv::Size& si
   Corners points;
   const ScaledPicture picture = scaled_bytes(grey, factor);
   if (cv::findChessboardCorners(picture.pixels, size, points, adaptive) ||
-      find_by_sectors(picture.pixels, size, points)) {
+      cv::findChessboardCornersSB(picture.pixels, size, points)) {
     return in_original(picture, points);
   }
   const ScaledPicture large = scaled_bytes(grey, 2.0 * factor);
@@ -122,7 +113,7 @@ std::vector<Eigen::Vector2d> detect(const Image<float>& grey, const cv::Size& si
   }
   if (factor == 1.0) return {};
   const ScaledPicture whole(stretch_to_bytes(grey), 1.0);
-  if (!find_by_sectors(whole.pixels, size, points)) return {};
+  if (!cv::findChessboardCornersSB(whole.pixels, size, points)) return {};
   return in_original(whole, points);
 }
 
@@ -203,8 +194,8 @@ std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int
   }
   Corners points;
   cv::Mat seen;
-  if (find_by_sectors(picture.pixels, cv::Size(fewest, fewest), points, cv::CALIB_CB_LARGER,
-                      seen) &&
+  if (cv::findChessboardCornersSB(picture.pixels, cv::Size(fewest, fewest), points,
+                                  cv::CALIB_CB_LARGER, seen) &&
       (which == Sizes::all || contains({seen.cols, seen.rows}, {columns, rows}))) {
     sizes.push_back(seen.size());
   }
