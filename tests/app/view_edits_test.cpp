@@ -40,7 +40,8 @@ class ViewEdits : public ViewCommand {
     scene.erase("model");
     io::write_text_atomically(folder() / "scene.json", scene.dump());
     const json where{{"kind", "depth"}, {"from_mm", 0.0}, {"to_mm", 1.0}};
-    const json edit{{"operation", "multiply"}, {"mu", 20}, {"channels", {"G"}}, {"where", where}};
+    // As much as voxels of the window's grid resolve: beyond that `kappamu render` refines them.
+    const json edit{{"operation", "multiply"}, {"mu", 4}, {"channels", {"G"}}, {"where", where}};
     io::write_text_atomically(
         folder() / "skin.json",
         json{{"format", "kappamu-edit"}, {"version", 1}, {"edits", {edit}}}.dump());

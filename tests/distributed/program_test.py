@@ -91,7 +91,7 @@ class Programs(unittest.TestCase):
             fit = json.loads((self.folder / f"run{ranks}" / "fit" / "fit.json").read_text())
             self.assertLess(fit["channels"][0]["chi2_per_value"], 1.5)
             for kappa, first in zip(volumes[ranks], volumes[1]):
-                # One machine's fits of these data from other starts are .023 to .042 apart (docs/distributed.md).
+                # One machine with other random probes ends .023 to .042 (rms) apart, docs/distributed.md.
                 self.assertLess(np.abs(np.log(kappa / first)).max(), 0.04)
             self.assertEqual(len(fit["validation"]["patterns"]), 1)
             self.assertLess(fit["channels"][0]["validation_chi2_per_value"], 5)  # the light of one pattern of few
