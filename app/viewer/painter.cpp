@@ -171,10 +171,12 @@ void Painter::deform(std::size_t object, const std::vector<render::Deformation>&
   noted(object);
 }
 
-bool Painter::take_back_shape() {
-  if (!undo()) return false;
-  undone_.pop_back();
-  return true;
+void Painter::take_back_shape(std::size_t object, const std::vector<render::Deformation>& before) {
+  if (!done_.empty() && done_.back() == object && undo()) {
+    if (deformations(object) == before) return undone_.pop_back();
+    redo();
+  }
+  deform(object, before);
 }
 
 bool Painter::undo() {

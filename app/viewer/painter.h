@@ -94,9 +94,9 @@ class Painter {
   std::vector<render::Deformation> deformations(std::size_t object) const;
   /// Edits the object so that it has these: one state.
   void deform(std::size_t object, const std::vector<render::Deformation>& deformations);
-  /// The last edit made a shape that no body has: it is undone, and cannot be redone. Whether there
-  /// was one.
-  bool take_back_shape();
+  /// The object's deformations made a shape that no body has: it gets those `before`. Where the
+  /// last edit made them, that edit is undone and cannot be redone.
+  void take_back_shape(std::size_t object, const std::vector<render::Deformation>& before);
 
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }

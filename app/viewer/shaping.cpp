@@ -46,7 +46,10 @@ void Shaping::set(std::size_t object, std::vector<Deformation> deformations, boo
   }
   moving_.reset();
   note_.clear();
-  if (deformations != painter_.deformations(object)) painter_.deform(object, deformations);
+  std::vector<Deformation> before = painter_.deformations(object);
+  if (deformations == before) return;
+  painter_.deform(object, deformations);
+  made_ = {object, std::move(deformations), std::move(before)};
 }
 
 bool Shaping::press(const render::LookAt& look, const Eigen::Vector2d& at) {
@@ -105,7 +108,10 @@ void Shaping::take(const render::LiveAnswer& answer) {
   note_ = answer.shape_refused + "; the stroke is undone";
   stroke_.reset();
   moving_.reset();
-  changed_ = painter_.take_back_shape();
+  const std::optional<Made> refused = std::exchange(made_, std::nullopt);
+  changed_ = true;
+  if (!refused || painter_.deformations(refused->object) != refused->deformations) return;
+  painter_.take_back_shape(refused->object, refused->before);
 }
 
 }  // namespace kappamu::app

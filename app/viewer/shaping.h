@@ -50,7 +50,7 @@ class Shaping {
   /// Whether shapes changed since the last call.
   bool take_change() { return std::exchange(changed_, false); }
   render::ShapeQuestion question() const;
-  /// Takes back what the answer refused.
+  /// Takes back the last shape where the answer refused it; other edits stay.
   void take(const render::LiveAnswer& answer);
   /// Why the last change was taken back; empty: it was not.
   const std::string& note() const { return note_; }
@@ -66,9 +66,16 @@ class Shaping {
     std::vector<render::Deformation> deformations;
   };
 
+  /// The last edit of a shape, which an answer may refuse.
+  struct Made {
+    std::size_t object = 0;
+    std::vector<render::Deformation> deformations, before;
+  };
+
   const render::World& world_;
   Painter& painter_;
   std::optional<Moving> moving_;
+  std::optional<Made> made_;
   std::optional<Stroke> stroke_;
   bool changed_ = false;
   std::string note_;
