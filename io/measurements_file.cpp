@@ -18,6 +18,11 @@ constexpr const char* format_name = "kappamu-measurements";
 
 constexpr std::size_t most_patterns = 1 << 16;
 
+/// The face of each pattern, where there are two.
+void read_seen_faces(const JsonNode& list, SurfaceMeasurements& m) {
+  for (const JsonNode& face : list.items(1)) m.seen_faces.push_back(face.named(face_from_string));
+}
+
 }  // namespace
 
 SurfaceMeasurements read_measurements_header(const fs::path& folder) {
@@ -25,7 +30,7 @@ SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   const JsonNode header = document.root();
   header.expect_fields({"format", "version", "voxel_mm", "grid", "eta", "lit_face", "seen_face",
                         "quantity", "light", "sides", "channels"},
-                       {"smooth_error"});
+                       {"seen_faces", "smooth_error"});
   header.expect_format(format_name);
   SurfaceMeasurements m;
   const auto [nx, ny, nz] = header["grid"].grid();
@@ -33,6 +38,7 @@ SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   m.eta = header["eta"].number();
   m.lit_face = header["lit_face"].named(face_from_string);
   m.seen_face = header["seen_face"].named(face_from_string);
+  if (header.has("seen_faces")) read_seen_faces(header["seen_faces"], m);
   m.quantity = header["quantity"].named(quantity_from_string);
   m.light = header["light"].named(light_from_string);
   m.sides = header["sides"].named(sides_from_string);
@@ -112,6 +118,7 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
                                 {"light", to_string(m.light)},
                                 {"sides", to_string(m.sides)},
                                 {"channels", m.channels}};
+  for (const Face face : m.seen_faces) fields["seen_faces"].push_back(to_string(face));
   if (!m.smooth_error.none()) {
     fields["smooth_error"] = {{"common", m.smooth_error.common}, {"own", m.smooth_error.own}};
     if (!smooth_error_source.empty()) fields["smooth_error"]["source"] = smooth_error_source;

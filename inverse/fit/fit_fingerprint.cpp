@@ -18,6 +18,7 @@ void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
   }
   print.add(m.lit_face);
   print.add(m.seen_face);
+  for (const Face face : m.seen_faces) print.add(face);
   print.add(m.quantity);
   print.add(m.light);
   print.add(m.sides);

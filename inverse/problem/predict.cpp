@@ -44,19 +44,22 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
   }
   forward::GridSetup setup = make_setup(light, options.convention);
   setup.shape = shape.refined(options.refine);
-  const auto op = options.backend.make(setup, light.seen_face).op;
+  const std::vector<double> irradiance(light.irradiance.begin(), light.irradiance.end());
+  const Views views(irradiance, light.patterns, light.seen_face, light.seen_faces);
+  const auto op = options.backend.make(setup, views.faces()).op;
   const std::vector<double> kappa =
       split_voxels(medium.kappa.values(), shape, setup.shape, options.refine);
   const std::vector<double> mu =
       split_voxels(medium.mu.values(), shape, setup.shape, options.refine);
   op->set_medium(kappa, mu);
   const std::vector<double> incident =
-      split_face({light.irradiance.begin(), light.irradiance.end()}, light.lit_shape(),
-                 face_shape(setup.shape, setup.lit_face), options.refine, light.patterns);
+      split_face(irradiance, light.lit_shape(), face_shape(setup.shape, setup.lit_face),
+                 options.refine, light.patterns);
   const int batch = bounded_batch(setup.shape, options.backend.batch,
                                   options.backend.refined_memory_mb, options.backend.precision);
   std::vector<double> exitance = restrict_face(
-      solve_exitance(*op, incident, light.patterns, batch, options.backend.solve),
+      views.pictures(solve_exitance(*op, views.of_lights(incident), views.lights(), batch,
+                                    options.backend.solve)),
       face_shape(setup.shape, light.seen_face), light.seen_shape(), options.refine, light.patterns);
   const double per_value = exitance_per_value(light, setup);
   if (options.photons) {
@@ -73,6 +76,7 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
                   mu,
                   incident,
                   light.seen_face,
+                  light.seen_faces,
                   light.seen_shape(),
                   options.refine,
                   light.patterns,
