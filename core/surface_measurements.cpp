@@ -75,6 +75,7 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
     fail("value does not have shape [channels][patterns][v][u] of the seen face");
   if (m.variance.size() != seen) fail("variance does not have the shape of value");
   if (!m.mask.empty() && m.mask.size() != seen) fail("mask does not have the shape of value");
+  if (!m.lit.empty() && m.lit.size() != seen) fail("lit does not have the shape of value");
   for (const double error : {m.smooth_error.common, m.smooth_error.own}) {
     if (!(error >= 0.0) || error > 1.0) fail("smooth_error must lie between 0 and 1");
   }
@@ -92,7 +93,8 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
   }
   std::size_t used = 0;
   for (std::size_t i = 0; i < seen; ++i) {
-    if (!m.mask.empty() && m.mask[i] == 0) continue;
+    const bool lit = !m.lit.empty() && m.lit[i] != 0;
+    if (!m.mask.empty() && m.mask[i] == 0 && !lit) continue;
     ++used;
     if (!std::isfinite(m.value[i])) fail("value has a non-finite entry that mask does not exclude");
     if (!std::isfinite(m.variance[i]) || m.variance[i] <= 0.0F) {

@@ -72,6 +72,9 @@ struct SurfaceMeasurements {
       variance;              ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
   SmoothError smooth_error;  ///< of `value`, beside its variance
   std::vector<std::uint8_t> mask;  ///< [C][M][v][u] 1 = use, 0 = leave out; empty = use all
+  /// [C][M][v][u] 1 = measured where light falls, which diffusion does not describe, and left out
+  /// by `mask` for that alone; empty: none.
+  std::vector<std::uint8_t> lit;
 
   FaceShape lit_shape() const { return face_shape(grid, lit_face); }
   FaceShape seen_shape() const { return face_shape(grid, seen_face); }

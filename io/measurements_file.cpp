@@ -23,6 +23,19 @@ void read_seen_faces(const JsonNode& list, SurfaceMeasurements& m) {
   for (const JsonNode& face : list.items(1)) m.seen_faces.push_back(face.named(face_from_string));
 }
 
+/// Empty where there is no file.
+std::vector<std::uint8_t> read_flags(const fs::path& file, const std::vector<std::size_t>& shape) {
+  std::vector<std::uint8_t> flags;
+  if (!fs::exists(file)) return flags;
+  for (const float flag : read_npy(file, shape).values) {
+    if (flag != 0.0F && flag != 1.0F) {
+      throw InputError(file.string() + ": values must be 0 or 1");
+    }
+    flags.push_back(flag == 1.0F ? 1 : 0);
+  }
+  return flags;
+}
+
 }  // namespace
 
 SurfaceMeasurements read_measurements_header(const fs::path& folder) {
@@ -73,15 +86,8 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
                                       static_cast<std::size_t>(m.seen_shape().nu)};
   m.value = read_npy(folder / "value.npy", seen).values;
   m.variance = read_npy(folder / "variance.npy", seen).values;
-  if (fs::exists(folder / "mask.npy")) {
-    const NpyArray mask = read_npy(folder / "mask.npy", seen);
-    for (const float use : mask.values) {
-      if (use != 0.0F && use != 1.0F) {
-        throw InputError((folder / "mask.npy").string() + ": values must be 0 or 1");
-      }
-      m.mask.push_back(use == 1.0F ? 1 : 0);
-    }
-  }
+  m.mask = read_flags(folder / "mask.npy", seen);
+  m.lit = read_flags(folder / "lit.npy", seen);
   validate(m, folder.string());
   return m;
 }
@@ -94,6 +100,7 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
   std::error_code ignored;
   fs::remove(folder / "measurements.json", ignored);
   fs::remove(folder / "mask.npy", ignored);
+  fs::remove(folder / "lit.npy", ignored);
 
   const auto patterns = static_cast<std::size_t>(m.patterns);
   const auto extent = [](int n) { return static_cast<std::size_t>(n); };
@@ -106,6 +113,9 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
   write_npy(folder / "variance.npy", seen, std::span<const float>(m.variance));
   if (!m.mask.empty()) {
     write_npy(folder / "mask.npy", seen, std::span<const std::uint8_t>(m.mask));
+  }
+  if (!m.lit.empty()) {
+    write_npy(folder / "lit.npy", seen, std::span<const std::uint8_t>(m.lit));
   }
   nlohmann::ordered_json fields{{"format", format_name},
                                 {"version", 1},

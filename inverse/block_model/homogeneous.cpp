@@ -13,6 +13,7 @@
 #include "forward/analytic/homogeneous_block.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
+#include "inverse/problem/lit_face.h"
 
 namespace kappamu::inverse {
 
@@ -228,6 +229,7 @@ HomogeneousFit find_homogeneous(const Problem& problem,
   for (const Face face : views.faces().list) {
     blocks.emplace_back(problem.setup, face, light, some.pixels);
   }
+  const LitFace lit(problem);
   LogResidual residual(problem, some.used, [&](const Eigen::VectorXd& p) {
     std::vector<std::vector<double>> exitance;
     for (forward::HomogeneousBlock& block : blocks) {
@@ -237,6 +239,9 @@ HomogeneousFit find_homogeneous(const Problem& problem,
         views.pictures(interleaved(exitance, some.pixels.u.size() * some.pixels.v.size()));
     std::vector<double> prediction;
     for (const std::size_t at : some.at) prediction.push_back(all[at]);
+    if (problem.lateral.empty()) return prediction;
+    const std::vector<double> ratio = lit.ratio(std::exp(p[0]), std::exp(p[1]));
+    for (std::size_t k = 0; k < prediction.size(); ++k) prediction[k] *= ratio[some.used[k]];
     return prediction;
   });
   std::vector<LeastSquaresState> places = lowest_places(residual, problem.setup.thickness_mm());

@@ -92,6 +92,7 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
       backend_(std::move(backend)),
       derivative_solve_(backend_.solve),
       data_options_(data_term) {
+  if (!problem_.lateral.empty()) lit_.emplace(problem_);
   forward::MadeOperator made = backend_.make(problem_.setup, views_.faces());
   operator_ = std::move(made.op);
   warning_ = std::move(made.warning);

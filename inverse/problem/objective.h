@@ -17,6 +17,7 @@
 #include "forward/operator.h"
 #include "inverse/problem/data_term.h"
 #include "inverse/problem/fields.h"
+#include "inverse/problem/lit_face.h"
 #include "inverse/problem/photon_ratio.h"
 #include "inverse/problem/problem.h"
 
@@ -168,6 +169,7 @@ class Objective {
   Problem problem_;
   Views views_;
   std::vector<double> light_;  ///< irradiance [light][v][u]
+  std::optional<LitFace> lit_;
   Backend backend_;
   forward::SolveOptions derivative_solve_;  ///< of adjoint and tangent solves
   DataTermOptions data_options_;

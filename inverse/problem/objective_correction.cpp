@@ -92,6 +92,17 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
     correction.slope = slope ? std::move(transport.slope) : std::move(correction_.slope);
     correction.mean = means(fields);
   }
+  if (lit_) {
+    const std::array<double, 2> even = means(fields);
+    const std::vector<double> lit = lit_->exitance(std::exp(even[0]), std::exp(even[1]));
+    for (std::size_t i = 0; i < better.size(); ++i) {
+      if (lit[i] <= 0.0) continue;
+      better[i] = lit[i];
+      if (!correction.variance.empty()) {
+        correction.variance[i] = correction.pixel_variance[i] = 0.0;
+      }
+    }
+  }
   for (std::size_t i = 0; i < better.size(); ++i) {
     const double ratio = better[i] / exitance_[i];
     correction.ratio.push_back(

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "core/error.h"
 #include "inverse/defaults.h"
+#include "inverse/problem/lit_face.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
@@ -83,6 +85,21 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
                   {},
                   {}},
                  *options.photons, variance, exitance);
+  }
+  if (!light.lit.empty()) {
+    const Problem problem = make_problem(light, options.channel, options.convention, {});
+    const CoefficientPair logs = to_fields(medium);
+    const auto even = [](const std::vector<double>& values) {
+      return std::exp(std::accumulate(values.begin(), values.end(), 0.0) /
+                      static_cast<double>(values.size()));
+    };
+    std::vector<double> lit;
+    if (!problem.lateral.empty()) {
+      lit = LitFace(problem).exitance(even(logs.log_kappa), even(logs.log_mu));
+    }
+    for (std::size_t i = 0; i < lit.size(); ++i) {
+      if (lit[i] > 0.0) exitance[i] = lit[i];
+    }
   }
   std::vector<float> values;
   values.reserve(exitance.size());

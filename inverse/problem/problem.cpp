@@ -134,6 +134,9 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
     if (!measurements.mask.empty() && measurements.mask[first + i] == 0) continue;
     problem.data[i] = scale * measurements.value[first + i];
     problem.weight[i] = 1.0 / (scale * scale * measurements.variance[first + i]);
+    if (measurements.lit.empty() || measurements.lit[first + i] == 0) continue;
+    problem.lateral.resize(static_cast<std::size_t>(measurements.patterns), 0);
+    problem.lateral[i / problem.seen_shape().cells()] = 1;
   }
   add_model_error(problem, model_error);
   set_smooth_error(problem, measurements.smooth_error);
@@ -155,6 +158,7 @@ Problem coarsen(const Problem& fine, const ModelError& model_error) {
   coarse.setup.shape = {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
   coarse.seen_face = fine.seen_face;
   coarse.seen_faces = fine.seen_faces;
+  coarse.lateral = fine.lateral;
   coarse.patterns = fine.patterns;
 
   const FaceShape fine_lit = fine.lit_shape();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct Problem {
   Face seen_face = Face::z_plus;
   std::vector<Face> seen_faces{};  ///< as those of SurfaceMeasurements
   int patterns = 0;                ///< M
+  /// [M] 1: lit pixels are used, and LitFace (lit_face.h) describes this picture; empty: none.
+  std::vector<std::uint8_t> lateral{};
   std::vector<double> irradiance;  ///< [M][v][u] on the lit face, before Fresnel
   std::vector<double> data;        ///< [M][v][u] exitance on the seen face
   std::vector<double> weight;      ///< [M][v][u] 1/σ², 0 where masked

@@ -153,6 +153,7 @@ SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
   selected.value = slices(measurements.value, channels, count, seen, patterns);
   selected.variance = slices(measurements.variance, channels, count, seen, patterns);
   selected.mask = slices(measurements.mask, channels, count, seen, patterns);
+  selected.lit = slices(measurements.lit, channels, count, seen, patterns);
   return selected;
 }
 

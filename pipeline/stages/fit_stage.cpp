@@ -26,6 +26,7 @@
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
 #include "pipeline/stages/fit_output.h"
+#include "pipeline/stages/lit_pixels.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/validation_choice.h"
 
@@ -65,6 +66,8 @@ class FitStage {
     }
   }
 
+  /// A note for every channel.
+  void note_on_all(std::string note) { note_ = std::move(note); }
   FitSummary run();
 
  private:
@@ -96,6 +99,7 @@ class FitStage {
   fs::path output_;
   const FitStageOptions& options_;
   Progress& progress_;
+  std::string note_;
   FitSummary summary_;
   std::vector<bool> rejoined_;  ///< by channel fitted: its volume has seen every pattern
   io::VolumeSet volumes_;
@@ -138,6 +142,7 @@ ChannelFit FitStage::keep(int channel, inverse::ValidatedFit fitted) {
     if (warning) warn(result, name, *warning);
   }
   summary_.notes.push_back(inverse::notes_on(result, seen, fitted.score));
+  if (!note_.empty()) summary_.notes.back().insert(summary_.notes.back().begin(), note_);
   io::write_npy_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   io::write_npy_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
@@ -297,9 +302,12 @@ FitSummary FitStage::run() {
 FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
                          const FitStageOptions& options, Progress& progress) {
   FitInput read = read_fit_input(input, options);
-  return FitStage(fs::absolute(input).lexically_normal(), read.measurements,
-                  std::move(read.validation), output, options, progress)
-      .run();
+  const LitPixels lit = choose_lit_pixels(read, options);
+  if (!lit.note.empty()) progress.update("fit", 0.0, lit.note);
+  FitStage stage(fs::absolute(input).lexically_normal(), read.measurements,
+                 std::move(read.validation), output, lit.options, progress);
+  stage.note_on_all(lit.note);
+  return stage.run();
 }
 
 }  // namespace kappamu::pipeline
