@@ -93,8 +93,8 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
   }
   std::size_t used = 0;
   for (std::size_t i = 0; i < seen; ++i) {
-    const bool lit = !m.lit.empty() && m.lit[i] != 0;
-    if (!m.mask.empty() && m.mask[i] == 0 && !lit) continue;
+    const bool is_lit = !m.lit.empty() && m.lit[i] != 0;
+    if (!m.mask.empty() && m.mask[i] == 0 && !is_lit) continue;
     ++used;
     if (!std::isfinite(m.value[i])) fail("value has a non-finite entry that mask does not exclude");
     if (!std::isfinite(m.variance[i]) || m.variance[i] <= 0.0F) {

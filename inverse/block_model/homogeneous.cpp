@@ -240,8 +240,10 @@ HomogeneousFit find_homogeneous(const Problem& problem,
     std::vector<double> prediction;
     for (const std::size_t at : some.at) prediction.push_back(all[at]);
     if (problem.lateral.empty()) return prediction;
-    const std::vector<double> ratio = lit.ratio(std::exp(p[0]), std::exp(p[1]));
-    for (std::size_t k = 0; k < prediction.size(); ++k) prediction[k] *= ratio[some.used[k]];
+    const std::vector<double> where_lit = lit.exitance(std::exp(p[0]), std::exp(p[1]));
+    for (std::size_t k = 0; k < prediction.size(); ++k) {
+      if (where_lit[some.used[k]] > 0.0) prediction[k] = where_lit[some.used[k]];
+    }
     return prediction;
   });
   std::vector<LeastSquaresState> places = lowest_places(residual, problem.setup.thickness_mm());

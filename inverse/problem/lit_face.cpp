@@ -1,15 +1,15 @@
 #include "inverse/problem/lit_face.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "core/error.h"
 #include "core/optics.h"
 #include "core/shown_text.h"
 #include "forward/analytic/homogeneous_block.h"
-#include "forward/lateral/lateral_diffusion.h"
 #include "forward/lateral/lateral_reflectance.h"
 
 namespace kappamu::inverse {
@@ -65,51 +65,56 @@ LitFace::LitFace(const Problem& problem)
   }
 }
 
-std::vector<double> LitFace::ratio(double kappa, double mu) const {
-  const auto [mua, musp] = coefficients(kappa, mu);
-  const forward::LateralReflectance transport({index_, lit_anisotropy});
-  const double robin_A = boundary_constants(index_).A;
-  Eigen::MatrixXd by_transport(face_.nu, face_.nv), by_diffusion(face_.nu, face_.nv);
-  for (Eigen::Index v = 0; v < face_.nv; ++v) {
-    for (Eigen::Index u = 0; u < face_.nu; ++u) {
-      const double f = frequency_of(face_, setup_.shape.voxel_mm, u, v);
-      by_transport(u, v) = transport(f, mua, musp).reflectance;
-      by_diffusion(u, v) =
-          forward::diffuse_half_space(mua / musp, 2.0 * std::numbers::pi * f / musp, robin_A);
-    }
-  }
-  std::vector<double> result(static_cast<std::size_t>(patterns_) * face_.cells(), 1.0);
-  for (std::size_t k = 0; k < pictures_.size(); ++k) {
-    const auto answer = [&](const Eigen::MatrixXd& reflectance) -> Eigen::MatrixXd {
-      return from_waves(cosines_u_, cosines_v_, waves_[k].cwiseProduct(reflectance));
-    };
-    const Eigen::MatrixXd left = answer(by_transport), diffuse = answer(by_diffusion);
-    const double even = by_transport(0, 0) / by_diffusion(0, 0);
-    double* const picture = result.data() + static_cast<std::size_t>(pictures_[k]) * face_.cells();
-    for (Eigen::Index i = 0; i < left.size(); ++i) {
-      const bool lit = left.data()[i] > 0.0 && diffuse.data()[i] > 0.0;
-      picture[i] = lit ? left.data()[i] / diffuse.data()[i] : even;
-    }
-  }
-  return result;
+/// What open sides leave of the light that mirrors would keep, of each of pictures_ [v][u]; empty:
+/// all.
+std::vector<double> LitFace::by_sides(double kappa, double mu) const {
+  if (setup_.sides == Sides::mirror) return {};
+  std::vector<int> u(static_cast<std::size_t>(face_.nu)), v(static_cast<std::size_t>(face_.nv));
+  std::iota(u.begin(), u.end(), 0);
+  std::iota(v.begin(), v.end(), 0);
+  const auto exitance = [&](Sides sides) {
+    forward::GridSetup setup = setup_;
+    setup.sides = sides;
+    return forward::HomogeneousBlock(setup, setup.lit_face, irradiance_, {u, v})
+        .exitance(kappa, mu);
+  };
+  std::vector<double> left = exitance(Sides::open);
+  const std::vector<double> kept = exitance(Sides::mirror);
+  for (std::size_t i = 0; i < left.size(); ++i) left[i] = kept[i] > 0.0 ? left[i] / kept[i] : 1.0;
+  return left;
 }
 
 std::vector<double> LitFace::exitance(double kappa, double mu) const {
-  std::vector<int> all_u(static_cast<std::size_t>(face_.nu)),
-      all_v(static_cast<std::size_t>(face_.nv));
-  for (int u = 0; u < face_.nu; ++u) all_u[static_cast<std::size_t>(u)] = u;
-  for (int v = 0; v < face_.nv; ++v) all_v[static_cast<std::size_t>(v)] = v;
-  forward::HomogeneousBlock block(setup_, setup_.lit_face, irradiance_, {all_u, all_v});
-  const std::vector<double> diffuse = block.exitance(kappa, mu);
-  std::vector<double> result = ratio(kappa, mu);
-  std::vector<double> exitance(result.size(), 0.0);
-  for (std::size_t k = 0; k < pictures_.size(); ++k) {
-    const std::size_t first = static_cast<std::size_t>(pictures_[k]) * face_.cells();
-    for (std::size_t i = 0; i < face_.cells(); ++i) {
-      exitance[first + i] = result[first + i] * diffuse[k * face_.cells() + i];
+  const auto [mua, musp] = coefficients(kappa, mu);
+  const forward::LateralReflectance slab({index_, lit_anisotropy, setup_.thickness_mm()});
+  const double enters = boundary_constants(index_).normal_transmittance;
+  const double voxel_mm = setup_.shape.voxel_mm;
+  constexpr int intervals = 512;  // linear between: within 2e-5
+  const double highest = frequency_of(face_, voxel_mm, face_.nu, face_.nv);
+  std::vector<double> reflectance;
+  for (int k = 0; k <= intervals; ++k) {
+    reflectance.push_back(enters * slab(highest * k / intervals, mua, musp).reflectance);
+  }
+  Eigen::MatrixXd answer(face_.nu, face_.nv);
+  for (Eigen::Index v = 0; v < face_.nv; ++v) {
+    for (Eigen::Index u = 0; u < face_.nu; ++u) {
+      const double at = frequency_of(face_, voxel_mm, u, v) / highest * intervals;
+      const auto below = static_cast<std::size_t>(at);
+      const double share = at - std::floor(at);
+      answer(u, v) = (1.0 - share) * reflectance[below] + share * reflectance[below + 1];
     }
   }
-  return exitance;
+  const std::vector<double> sides = by_sides(kappa, mu);
+  std::vector<double> all(static_cast<std::size_t>(patterns_) * face_.cells(), 0.0);
+  for (std::size_t k = 0; k < pictures_.size(); ++k) {
+    const Eigen::MatrixXd left = from_waves(cosines_u_, cosines_v_, waves_[k].cwiseProduct(answer));
+    double* const picture = all.data() + static_cast<std::size_t>(pictures_[k]) * face_.cells();
+    for (std::size_t i = 0; i < face_.cells(); ++i) {
+      picture[i] =
+          std::max(left.data()[i], 0.0) * (sides.empty() ? 1.0 : sides[k * face_.cells() + i]);
+    }
+  }
+  return all;
 }
 
 double LitFace::error(double kappa, double mu) const {
@@ -174,6 +179,14 @@ SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& m) {
         "sinusoids up to 0.5 /mm do");
   }
   return used;
+}
+
+void use_lit_pixels(SurfaceMeasurements& measurements) {
+  try {
+    measurements = with_lit_pixels(measurements);
+  } catch (const InputError&) {
+    return;  // its light is another
+  }
 }
 
 }  // namespace kappamu::inverse

@@ -1,7 +1,7 @@
-// Light that leaves a homogeneous block where the light falls: diffusion's, with the block's depth
-// and sides, times transport over diffusion of a half-space at each spatial frequency of the light
-// (forward/lateral). It holds where light varies slowly over the face, as even light and sinusoids
-// do, and for one κ and one μ: volumes leave lit pixels out.
+// Light that leaves a homogeneous block where the light falls: transport's reflectance of a slab at
+// each spatial frequency of the light (forward/lateral), times what the block's sides change by
+// diffusion. It holds where light varies slowly over the face, as even light and sinusoids do, and
+// for one κ and one μ: volumes leave lit pixels out.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,15 +22,14 @@ class LitFace {
   /// For the pictures that problem.lateral names.
   explicit LitFace(const Problem& problem);
 
-  /// Transport over diffusion for κ [mm] and μ [1/mm], [M][v][u]; 1 on other pictures.
-  std::vector<double> ratio(double kappa, double mu) const;
-  /// Exitance [M][v][u] by the ratio and the block's lateral modes, without a grid; 0 on other
-  /// pictures.
+  /// Exitance [M][v][u] for κ [mm] and μ [1/mm]; 0 on other pictures.
   std::vector<double> exitance(double kappa, double mu) const;
-  /// Standard error of the ratio, relative: the table's, and that of g.
+  /// Its standard error, relative: the table's, and that of g.
   double error(double kappa, double mu) const;
 
  private:
+  std::vector<double> by_sides(double kappa, double mu) const;
+
   forward::GridSetup setup_;
   FaceShape face_;
   int patterns_;
@@ -48,5 +47,7 @@ bool varies_slowly(const FaceShape& face, double voxel_mm, const std::vector<dou
 /// The measurements with their lit pixels used under such light. Throws InputError, one sentence,
 /// where none can be: no lit pixels, other than collimated light, or an index beyond the table.
 SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& measurements);
+/// The same in place; nothing changes where none can be used.
+void use_lit_pixels(SurfaceMeasurements& measurements);
 
 }  // namespace kappamu::inverse

@@ -19,7 +19,7 @@ bool any(const std::vector<std::uint8_t>& flags) {
 /// Why the fit asked for cannot use them; empty where it can.
 std::string unfit(const FitStageOptions& options) {
   if (options.fit.data.convention != forward::Convention::physical) {
-    return "the paper's convention describes them";
+    return "the paper's convention has no transport";
   }
   if (!options.fit.path.correct_grid) return "the grid is not corrected";
   return {};
@@ -28,7 +28,7 @@ std::string unfit(const FitStageOptions& options) {
 }  // namespace
 
 LitPixels choose_lit_pixels(FitInput& input, const FitStageOptions& options) {
-  LitPixels chosen{options, {}};
+  LitPixels chosen{.options = options};
   SurfaceMeasurements& measured = input.measurements;
   if (!any(measured.lit)) return chosen;
   const bool others = measured.mask.empty() || any(measured.mask);
@@ -41,9 +41,6 @@ LitPixels choose_lit_pixels(FitInput& input, const FitStageOptions& options) {
   try {
     if (!why.empty()) throw InputError(why);
     measured = inverse::with_lit_pixels(measured);
-    if (input.validation && any(input.validation->lit)) {
-      input.validation = inverse::with_lit_pixels(*input.validation);
-    }
   } catch (const InputError& reason) {
     if (!others) {
       throw InputError("every pixel of the seen face is lit, and lit pixels cannot be used: " +
@@ -54,6 +51,8 @@ LitPixels choose_lit_pixels(FitInput& input, const FitStageOptions& options) {
     chosen.note = "Lit pixels are left out: " + std::string(reason.what()) + ".";
     return chosen;
   }
+  chosen.used = true;
+  if (input.validation) inverse::use_lit_pixels(*input.validation);
   chosen.note = "Lit pixels are used under slowly varying light, by transport with anisotropy " +
                 shown_number(inverse::lit_anisotropy, "%.2g") +
                 (options.fit.path.model == Model::automatic

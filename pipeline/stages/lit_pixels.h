@@ -12,8 +12,9 @@ namespace kappamu::pipeline {
 
 struct LitPixels {
   FitStageOptions
-      options;       ///< of the fit: its model is homogeneous where nothing but lit pixels is
-  std::string note;  ///< a sentence for the user; empty where no pixel is lit
+      options;         ///< of the fit: its model is homogeneous where nothing but lit pixels is
+  std::string note{};  ///< a sentence for the user; empty where no pixel is lit
+  bool used = false;
 };
 
 /// Puts them into `input` or leaves them out, and says which. Throws InputError where every pixel
