@@ -83,6 +83,11 @@ int usual_validation_count(int patterns) {
   return patterns < fewest ? 0 : std::max(1, patterns / share);
 }
 
+int count_lights(const SurfaceMeasurements& m) {
+  const std::vector<double> irradiance(m.irradiance.begin(), m.irradiance.end());
+  return Views(irradiance, m.patterns, m.seen_face, m.seen_faces).lights();
+}
+
 std::vector<int> choose_validation_patterns(const SurfaceMeasurements& measurements, int count) {
   if (count < 0 || count >= measurements.patterns) {
     throw InputError("cannot keep " + std::to_string(count) + " of " +

@@ -19,6 +19,7 @@
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/fit_files.h"
+#include "pipeline/lit_pixels.h"
 #include "pipeline/records/channel_json.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_options.h"
@@ -26,7 +27,6 @@
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
 #include "pipeline/stages/fit_output.h"
-#include "pipeline/stages/lit_pixels.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/validation_choice.h"
 

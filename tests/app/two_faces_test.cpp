@@ -26,16 +26,15 @@ constexpr int patterns = 16;
 
 class TwoFacesFit : public TemporaryFolderTest {
  protected:
-  /// An absorbing box below the lit face and a scattering one before the far face.
+  /// Two layers: what leaves the lit face shows the upper one, what shines through shows the sum.
   static Medium truth(const GridShape& grid) {
     Medium medium{Volume<double>(grid, 0.2), Volume<double>(grid, 0.02)};
-    const double mm = grid.voxel_mm;
     for (int z = 0; z < grid.nz; ++z) {
+      if ((z + 0.5) * grid.voxel_mm < 2.0) continue;
       for (int y = 0; y < grid.ny; ++y) {
         for (int x = 0; x < grid.nx; ++x) {
-          const double a = (x + 0.5) * mm, b = (y + 0.5) * mm, c = (z + 0.5) * mm;
-          if (a > 1.0 && a < 3.0 && b > 1.0 && b < 3.0 && c < 1.5) medium.mu(x, y, z) = 0.08;
-          if (a > 3.0 && a < 5.0 && b > 2.0 && b < 5.0 && c > 2.5) medium.kappa(x, y, z) = 0.08;
+          medium.kappa(x, y, z) *= 0.7;
+          medium.mu(x, y, z) *= 3.0;
         }
       }
     }
@@ -133,14 +132,16 @@ TEST_F(TwoFacesFit, BothFacesFindMoreThanEither) {
   RecordProperty("front", std::to_string(front.kappa) + " " + std::to_string(front.mu));
   RecordProperty("back", std::to_string(back.kappa) + " " + std::to_string(back.mu));
   RecordProperty("both", std::to_string(both.kappa) + " " + std::to_string(both.mu));
-  EXPECT_LT(both.kappa, std::min(front.kappa, back.kappa));
-  EXPECT_LT(both.mu, std::min(front.mu, back.mu));
+  // Measured with other noise: κ .084, .146, .141 and μ .27, .59, .64 with both, front and back.
+  constexpr double better = 0.8;
+  EXPECT_LT(both.kappa, better * std::min(front.kappa, back.kappa));
+  EXPECT_LT(both.mu, better * std::min(front.mu, back.mu));
   // Of a light that is held out, no face is fitted.
   const auto record = nlohmann::json::parse(io::read_text(folder() / "both_fit" / "fit.json"));
   const std::vector<int> held = record.at("validation").at("patterns");
-  ASSERT_EQ(held.size(), 4U);
+  ASSERT_EQ(held.size(), 2U);
+  EXPECT_EQ(held[0] % 2, 0);
   EXPECT_EQ(held[0] + 1, held[1]);
-  EXPECT_EQ(held[2] + 1, held[3]);
 }
 
 TEST_F(TwoFacesFit, WrongListsAreRefused) {

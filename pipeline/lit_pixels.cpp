@@ -1,4 +1,4 @@
-#include "pipeline/stages/lit_pixels.h"
+#include "pipeline/lit_pixels.h"
 
 #include <algorithm>
 
