@@ -18,6 +18,7 @@ namespace {
 
 // Indices that the table of forward/lateral holds.
 constexpr double least_index = 1.33, most_index = 1.5;
+constexpr double most_anisotropy = 0.95;  // of the same, and its end
 // Beyond this the reflectance depends on the phase function, not on g alone [1/mm].
 constexpr double highest_frequency = 0.5;
 constexpr double fast_share = 1e-3;
@@ -120,7 +121,7 @@ std::vector<double> LitFace::exitance(double kappa, double mu) const {
 double LitFace::error(double kappa, double mu) const {
   const auto [mua, musp] = coefficients(kappa, mu);
   const forward::LateralReflectance stated({index_, lit_anisotropy}),
-      more({index_, lit_anisotropy + lit_anisotropy_deviation}),
+      more({index_, std::min(lit_anisotropy + lit_anisotropy_deviation, most_anisotropy)}),
       less({index_, lit_anisotropy - lit_anisotropy_deviation});
   double largest = 0.0;
   for (const double f : {0.0, 0.5 * highest_frequency}) {

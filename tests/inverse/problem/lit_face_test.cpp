@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/optics.h"
 #include "forward/lateral/lateral_reflectance.h"
+#include "inverse/fit/fit_uncertainty.h"
 #include "inverse/problem/lit_face.h"
 #include "tests/inverse/fit/fit_cases.h"
 
@@ -75,6 +76,11 @@ TEST(LitFace, FitFindsTheCoefficientsThatDiffusionMisses) {
   constexpr double within = 0.01;
   EXPECT_NEAR(std::log(found.medium.kappa[0] / kappa), 0.0, within);
   EXPECT_NEAR(std::log(found.medium.mu[0] / mua), 0.0, within);
+  // The deviations have the table's error and that of the anisotropy.
+  const Uncertainty stated = estimate_model_uncertainty(found, lit, 0, options);
+  EXPECT_THAT(stated.report.sentence, HasSubstr("the unknown anisotropy (g 0.9 within 0.05)"));
+  EXPECT_GT(stated.log_mu_std[0], 5e-3);
+  EXPECT_LT(stated.log_mu_std[0], 0.2);
   // What was measured is predicted, under the same light as validation too.
   const std::vector<float> predicted = predict(found.medium, lit, {});
   for (std::size_t i = 0; i < predicted.size(); ++i) {
