@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "calib/light/irradiance.h"
 #include "calib/sample/footprint.h"
@@ -126,12 +128,54 @@ void average(const capture::HdrImage& picture, int channel, const Footprints& fo
   }
 }
 
+/// Of the sample before the camera where it sees a pattern.
+const SamplePose& pose_of(const capture::Session& session, const CalibrationResult& calibration,
+                          const capture::Pattern& pattern) {
+  return capture::pattern_face(session, pattern) == session.sample.seen_face
+             ? calibration.pattern_pose
+             : calibration.calibration_pose;
+}
+
+/// A face as the camera sees it from its station.
+struct SeenFace {
+  Footprints footprints;
+  std::vector<std::vector<double>> exitance_per_signal;  ///< [channel][voxel]
+  Region part{};                                         ///< of the last picture
+  std::vector<std::size_t> pixels{};                     ///< of the footprints in that part
+
+  void look_at(const capture::HdrImage& picture, int camera_width) {
+    if (picture.place() == part) return;
+    part = picture.place();
+    pixels = pixels_in(part, footprints, camera_width);
+  }
+};
+
+SeenFace seen_face(const capture::Session& session, const CalibrationResult& calibration,
+                   const SamplePose& pose, Face face) {
+  SeenFace seen{make_footprints(calibration.camera.lens, pose.camera_from_sample,
+                                session.sample.shape(), face),
+                {}};
+  const BoundaryConstants optics = boundary_constants(session.sample.eta);
+  const std::size_t cells = seen.footprints.shape.cells();
+  seen.exitance_per_signal.assign(session.channels.size(), std::vector<double>(cells));
+  for (std::size_t voxel = 0; voxel < cells; ++voxel) {
+    if (seen.footprints.visible[voxel] == 0) continue;
+    const double shape_factor = radiance_per_exitance(optics, seen.footprints.cos_outside[voxel]);
+    for (std::size_t c = 0; c < session.channels.size(); ++c) {
+      seen.exitance_per_signal[c][voxel] = 1.0 / (calibration.scale[c] * shape_factor);
+    }
+  }
+  return seen;
+}
+
 }  // namespace
 
 Region measured_part(const capture::Session& session, const CalibrationResult& calibration) {
   Surrounding surrounding;
-  add_block(calibration.camera.lens, calibration.pattern_pose.camera_from_sample,
-            session.sample.shape(), surrounding);
+  for (const capture::Pattern& pattern : session.patterns) {
+    add_block(calibration.camera.lens, pose_of(session, calibration, pattern).camera_from_sample,
+              session.sample.shape(), surrounding);
+  }
   return with_surroundings(surrounding, calibration.camera.lens);
 }
 
@@ -153,7 +197,6 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   result.grid = sample.shape();
   result.eta = sample.eta;
   result.lit_face = sample.lit_face;
-  result.seen_face = sample.seen_face;
   result.quantity = Quantity::exitance;
   result.light = Light::collimated;
   result.sides = sample.sides;
@@ -171,31 +214,26 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
                      "projected_board and the sample view from station \"" +
                      session.calibration_station + "\"");
   }
-  const Footprints footprints =
-      make_footprints(calibration.camera.lens, calibration.pattern_pose.camera_from_sample,
-                      result.grid, sample.seen_face);
-  const BoundaryConstants optics = boundary_constants(sample.eta);
-
+  std::map<Face, SeenFace> faces;
+  std::vector<Face> of_patterns;
+  for (const capture::Pattern* pattern : patterns) {
+    const Face face = capture::pattern_face(session, *pattern);
+    of_patterns.push_back(face);
+    if (faces.contains(face)) continue;
+    faces.emplace(face,
+                  seen_face(session, calibration, pose_of(session, calibration, *pattern), face));
+  }
+  set_seen_faces(of_patterns, result.seen_face, result.seen_faces);
   const std::size_t channels = session.channels.size();
-  const std::size_t seen_cells = footprints.shape.cells();
+  const std::size_t seen_cells = result.seen_shape().cells();
   const std::size_t count = patterns.size();
   result.value.resize(channels * count * seen_cells);
   result.variance.resize(result.value.size());
   result.mask.resize(result.value.size());
-  std::vector<std::vector<double>> exitance_per_signal(channels, std::vector<double>(seen_cells));
-  for (std::size_t voxel = 0; voxel < seen_cells; ++voxel) {
-    if (footprints.visible[voxel] == 0) continue;
-    const double shape_factor = radiance_per_exitance(optics, footprints.cos_outside[voxel]);
-    for (std::size_t c = 0; c < channels; ++c) {
-      exitance_per_signal[c][voxel] = 1.0 / (calibration.scale[c] * shape_factor);
-    }
-  }
-
-  const bool front_lit = sample.lit_face == sample.seen_face;
+  const bool lit_is_seen = faces.contains(sample.lit_face);
+  if (lit_is_seen && !options.keep_lit) result.lit.assign(result.value.size(), 0);
   const LightTable light = light_table(calibration.projector_curve);
   ValueCheck values;
-  Region part;
-  std::vector<std::size_t> pixels;  // of the footprints in that part
   for (std::size_t m = 0; m < count; ++m) {
     progress.update("measure " + role_name, static_cast<double>(m) / static_cast<double>(count),
                     patterns[m]->id);
@@ -206,29 +244,30 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     const capture::HdrImage picture = hdr(patterns[m]->id);
     check(picture.radiance.channels() == static_cast<int>(channels),
           "the HDR picture of pattern " + patterns[m]->id + " has the session's channels");
-    if (picture.place() != part) {
-      part = picture.place();
-      pixels = pixels_in(part, footprints, session.camera.width);
-    }
+    SeenFace& face = faces.at(of_patterns[m]);
+    face.look_at(picture, session.camera.width);
     const std::vector<std::uint8_t> lit_here =
-        front_lit && !options.keep_lit
-            ? lit_voxels(irradiance.data(), footprints.shape, options.lit_threshold)
+        of_patterns[m] == sample.lit_face && !options.keep_lit
+            ? lit_voxels(irradiance.data(), face.footprints.shape, options.lit_threshold)
             : std::vector<std::uint8_t>(seen_cells, 0);
     for (std::size_t c = 0; c < channels; ++c) {
       const std::size_t at = (c * count + m) * seen_cells;
-      average(picture, static_cast<int>(c), footprints, pixels, exitance_per_signal[c], options,
+      average(picture, static_cast<int>(c), face.footprints, face.pixels,
+              face.exitance_per_signal[c], options,
               {&result.value[at], &result.variance[at], &result.mask[at]});
       for (std::size_t voxel = 0; voxel < seen_cells; ++voxel) {
-        if (lit_here[voxel] != 0) result.mask[at + voxel] = 0;
+        if (lit_here[voxel] != 0)
+          result.lit[at + voxel] = std::exchange(result.mask[at + voxel], 0);
       }
     }
   }
   values.tell(progress);
-  if (front_lit && !options.keep_lit &&
+  if (lit_is_seen && !options.keep_lit &&
       std::none_of(result.mask.begin(), result.mask.end(), [](std::uint8_t m) { return m != 0; })) {
-    progress.warn("every voxel of the seen face is lit under every pattern for " + role_name +
-                  ", and a fit by diffusion leaves lit voxels out: `kappamu map` measures them, by "
-                  "transport.");
+    progress.warn(
+        "every voxel of the seen face is lit under every pattern for " + role_name +
+        ", and a fit of volumes leaves lit voxels out: `kappamu map` and `kappamu fit --model "
+        "homogeneous` use them, by transport.");
   }
   progress.update("measure " + role_name, 1.0, "done");
   validate(result, session.folder.string());

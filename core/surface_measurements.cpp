@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/file_name.h"
@@ -30,6 +31,14 @@ Sides sides_from_string(const std::string& name) {
   return from_string(sides_names, name, "sides");
 }
 
+void set_seen_faces(std::vector<Face> of_patterns, Face& seen_face, std::vector<Face>& seen_faces) {
+  seen_faces.clear();
+  if (of_patterns.empty()) return;
+  seen_face = of_patterns.front();
+  const auto other = [&](Face face) { return face != seen_face; };
+  if (std::ranges::any_of(of_patterns, other)) seen_faces = std::move(of_patterns);
+}
+
 void validate(const SurfaceMeasurements& m, const std::string& source) {
   const auto fail = [&](const std::string& what) { throw InputError(source + ": " + what); };
   if (m.grid.nx < 1 || m.grid.ny < 1 || m.grid.nz < 1)
@@ -42,6 +51,21 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
     require_plain_name(channel, source + ": a name in channels");
   }
   if (m.patterns < 1) fail("there must be at least one light pattern");
+  if (m.two_faces()) {
+    if (m.seen_faces.size() != static_cast<std::size_t>(m.patterns)) {
+      fail("seen_faces lists " + std::to_string(m.seen_faces.size()) + " faces for " +
+           std::to_string(m.patterns) + " patterns; give one for each, or leave it away");
+    }
+    if (m.seen_faces.front() != m.seen_face) {
+      fail("seen_faces begins with " + to_string(m.seen_faces.front()) + ", and seen_face is " +
+           to_string(m.seen_face) + "; seen_face is that of the first pattern");
+    }
+    for (const Face face : m.seen_faces) {
+      if (face == m.seen_face || face == opposite(m.seen_face)) continue;
+      fail("seen_faces lists " + to_string(face) + " beside " + to_string(m.seen_face) +
+           "; patterns are seen on one face or on two opposite ones");
+    }
+  }
   const std::size_t lit = m.lit_shape().cells() * static_cast<std::size_t>(m.patterns);
   const std::size_t seen =
       m.seen_shape().cells() * static_cast<std::size_t>(m.patterns) * m.channels.size();
@@ -51,6 +75,7 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
     fail("value does not have shape [channels][patterns][v][u] of the seen face");
   if (m.variance.size() != seen) fail("variance does not have the shape of value");
   if (!m.mask.empty() && m.mask.size() != seen) fail("mask does not have the shape of value");
+  if (!m.lit.empty() && m.lit.size() != seen) fail("lit does not have the shape of value");
   for (const double error : {m.smooth_error.common, m.smooth_error.own}) {
     if (!(error >= 0.0) || error > 1.0) fail("smooth_error must lie between 0 and 1");
   }
@@ -68,7 +93,8 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
   }
   std::size_t used = 0;
   for (std::size_t i = 0; i < seen; ++i) {
-    if (!m.mask.empty() && m.mask[i] == 0) continue;
+    const bool is_lit = !m.lit.empty() && m.lit[i] != 0;
+    if (!m.mask.empty() && m.mask[i] == 0 && !is_lit) continue;
     ++used;
     if (!std::isfinite(m.value[i])) fail("value has a non-finite entry that mask does not exclude");
     if (!std::isfinite(m.variance[i]) || m.variance[i] <= 0.0F) {

@@ -56,7 +56,9 @@ struct SurfaceMeasurements {
   GridShape grid;
   double eta = 1.3;  ///< relative refractive index of the medium [dimensionless]
   Face lit_face = Face::z_minus;
-  Face seen_face = Face::z_plus;
+  Face seen_face = Face::z_plus;  ///< of the first pattern, and of all unless seen_faces says so
+  /// [M] of each pattern, where some are seen on seen_face and some on its opposite; else empty.
+  std::vector<Face> seen_faces;
   Quantity quantity = Quantity::exitance;
   Light light = Light::collimated;
   Sides sides = Sides::open;
@@ -70,10 +72,21 @@ struct SurfaceMeasurements {
       variance;              ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
   SmoothError smooth_error;  ///< of `value`, beside its variance
   std::vector<std::uint8_t> mask;  ///< [C][M][v][u] 1 = use, 0 = leave out; empty = use all
+  /// [C][M][v][u] 1 = measured where light falls, which diffusion does not describe, and left out
+  /// by `mask` for that alone; empty: none.
+  std::vector<std::uint8_t> lit;
 
   FaceShape lit_shape() const { return face_shape(grid, lit_face); }
   FaceShape seen_shape() const { return face_shape(grid, seen_face); }
+  bool two_faces() const { return !seen_faces.empty(); }
+  Face seen_on(int pattern) const {
+    return two_faces() ? seen_faces[static_cast<std::size_t>(pattern)] : seen_face;
+  }
 };
+
+/// The faces of some patterns as `seen_face` and `seen_faces` state them: a list of one face alone
+/// is no list.
+void set_seen_faces(std::vector<Face> of_patterns, Face& seen_face, std::vector<Face>& seen_faces);
 
 /// Throws InputError naming the field unless sizes agree and every used value is finite with a
 /// positive finite variance. `source` names the folder it came from.

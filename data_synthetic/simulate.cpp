@@ -206,6 +206,7 @@ capture::CapturePlan capture_plan(const SimulatedRig& simulated, const Simulatio
   plan.plane_light = options.plane_light;
   plan.projector_levels = capture::projector_levels(options.projector_levels);
   plan.ambient = options.room_light > 0.0;
+  plan.both_faces = options.both_faces;
   plan.white_reflectance = white_target_reflectance;
   return plan;
 }
@@ -226,6 +227,10 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   }
   const Stopwatch transport_time;
   SimulatedRig rig(options, device);
+  if (options.both_faces && rig.rig().sample.setup == capture::Setup::front_lit) {
+    throw InputError("the sample " + rig.rig().sample.name +
+                     " is front-lit and has one visible face: choose a back-lit one for both");
+  }
   std::vector<PlannedPattern> patterns = planned_patterns(rig.rig(), options);
   std::vector<Image<std::uint8_t>> images;
   images.reserve(patterns.size());

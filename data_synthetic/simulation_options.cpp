@@ -59,6 +59,11 @@ void validate(const SimulationOptions& options) {
   within("rays per side", options.rays_per_side, 1, 8);
   within("refinement", options.refinement, 2, 4);
   within("photons", static_cast<double>(options.photons), 1000, 4294967295.0);
+  if (options.both_faces && options.room_light > 0.0) {
+    throw InputError(
+        "both faces are photographed in a dark room: room light would be subtracted "
+        "on one of them alone");
+  }
   within("holdout", options.holdout, 0, 16);
   within("projector width", options.projector_size[0], 320, 8192);
   within("projector height", options.projector_size[1], 240, 8192);

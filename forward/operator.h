@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "forward/block_setup.h"
@@ -48,6 +49,13 @@ struct SolvedBatch {
   const BatchField& phi;
   std::span<const double> light;     ///< [pattern][light_size()]
   std::span<const double> exitance;  ///< of phi, [pattern][exitance_size()]
+};
+
+/// The faces of a block that are seen, of one shape. Exitance is [pattern][face][v][u].
+struct SeenFaces {
+  SeenFaces(Face one) : list{one} {}
+  explicit SeenFaces(std::vector<Face> faces) : list(std::move(faces)) {}
+  std::vector<Face> list;
 };
 
 class DiffusionOperator {
@@ -104,8 +112,8 @@ class OperatorFactory {
 
   /// `device` selects as device::choose does ("auto", "reference", part of a device name). Throws
   /// InputError when no device matches.
-  virtual MadeOperator make(const GridSetup& setup, Face seen, const std::string& device,
-                            Precision precision) const = 0;
+  virtual MadeOperator make(const GridSetup& setup, const SeenFaces& seen,
+                            const std::string& device, Precision precision) const = 0;
 
   /// Bytes for the medium, the work space for `at_once` patterns, and `fields` batches of
   /// `patterns` fields.

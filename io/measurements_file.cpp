@@ -18,6 +18,24 @@ constexpr const char* format_name = "kappamu-measurements";
 
 constexpr std::size_t most_patterns = 1 << 16;
 
+/// The face of each pattern, where there are two.
+void read_seen_faces(const JsonNode& list, SurfaceMeasurements& m) {
+  for (const JsonNode& face : list.items(1)) m.seen_faces.push_back(face.named(face_from_string));
+}
+
+/// Empty where there is no file.
+std::vector<std::uint8_t> read_flags(const fs::path& file, const std::vector<std::size_t>& shape) {
+  std::vector<std::uint8_t> flags;
+  if (!fs::exists(file)) return flags;
+  for (const float flag : read_npy(file, shape).values) {
+    if (flag != 0.0F && flag != 1.0F) {
+      throw InputError(file.string() + ": values must be 0 or 1");
+    }
+    flags.push_back(flag == 1.0F ? 1 : 0);
+  }
+  return flags;
+}
+
 }  // namespace
 
 SurfaceMeasurements read_measurements_header(const fs::path& folder) {
@@ -25,7 +43,7 @@ SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   const JsonNode header = document.root();
   header.expect_fields({"format", "version", "voxel_mm", "grid", "eta", "lit_face", "seen_face",
                         "quantity", "light", "sides", "channels"},
-                       {"smooth_error"});
+                       {"seen_faces", "smooth_error"});
   header.expect_format(format_name);
   SurfaceMeasurements m;
   const auto [nx, ny, nz] = header["grid"].grid();
@@ -33,6 +51,7 @@ SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   m.eta = header["eta"].number();
   m.lit_face = header["lit_face"].named(face_from_string);
   m.seen_face = header["seen_face"].named(face_from_string);
+  if (header.has("seen_faces")) read_seen_faces(header["seen_faces"], m);
   m.quantity = header["quantity"].named(quantity_from_string);
   m.light = header["light"].named(light_from_string);
   m.sides = header["sides"].named(sides_from_string);
@@ -67,15 +86,8 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
                                       static_cast<std::size_t>(m.seen_shape().nu)};
   m.value = read_npy(folder / "value.npy", seen).values;
   m.variance = read_npy(folder / "variance.npy", seen).values;
-  if (fs::exists(folder / "mask.npy")) {
-    const NpyArray mask = read_npy(folder / "mask.npy", seen);
-    for (const float use : mask.values) {
-      if (use != 0.0F && use != 1.0F) {
-        throw InputError((folder / "mask.npy").string() + ": values must be 0 or 1");
-      }
-      m.mask.push_back(use == 1.0F ? 1 : 0);
-    }
-  }
+  m.mask = read_flags(folder / "mask.npy", seen);
+  m.lit = read_flags(folder / "lit.npy", seen);
   validate(m, folder.string());
   return m;
 }
@@ -88,6 +100,7 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
   std::error_code ignored;
   fs::remove(folder / "measurements.json", ignored);
   fs::remove(folder / "mask.npy", ignored);
+  fs::remove(folder / "lit.npy", ignored);
 
   const auto patterns = static_cast<std::size_t>(m.patterns);
   const auto extent = [](int n) { return static_cast<std::size_t>(n); };
@@ -101,6 +114,9 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
   if (!m.mask.empty()) {
     write_npy(folder / "mask.npy", seen, std::span<const std::uint8_t>(m.mask));
   }
+  if (!m.lit.empty()) {
+    write_npy(folder / "lit.npy", seen, std::span<const std::uint8_t>(m.lit));
+  }
   nlohmann::ordered_json fields{{"format", format_name},
                                 {"version", 1},
                                 {"voxel_mm", m.grid.voxel_mm},
@@ -112,6 +128,7 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
                                 {"light", to_string(m.light)},
                                 {"sides", to_string(m.sides)},
                                 {"channels", m.channels}};
+  for (const Face face : m.seen_faces) fields["seen_faces"].push_back(to_string(face));
   if (!m.smooth_error.none()) {
     fields["smooth_error"] = {{"common", m.smooth_error.common}, {"own", m.smooth_error.own}};
     if (!smooth_error_source.empty()) fields["smooth_error"]["source"] = smooth_error_source;

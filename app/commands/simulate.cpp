@@ -135,6 +135,9 @@ docs/simulator.md. The pose of everything is a little off and unknown to the pip
   add_fit_light(*command, a.options.light);
   command->add_flag("!--no-validation", a.options.validation,
                     "Leave out the patterns kept from the fit (4 small patches, cross, checker)");
+  command->add_flag("--both-faces", a.options.both_faces,
+                    "Photograph the lit face under the patterns too, from the calibration station "
+                    "(back-lit samples in a dark room)");
   command
       ->add_option("--pattern", a.patterns,
                    "Further pattern pictures, grey, 8 bits, 1024 x 768; not used by the fit")

@@ -177,7 +177,13 @@ Fit::Fit(const FitArguments& arguments, bool steps)
     pipeline::require_as_written(found);
   });
   folder_ = shared(comm, found);
-  together(comm, [&] { header_ = io::read_measurements_header(folder_); });
+  together(comm, [&] {
+    header_ = io::read_measurements_header(folder_);
+    if (header_.two_faces()) {
+      throw InputError((folder_ / "measurements.json").string() +
+                       ": seen_faces lists two faces, and kappamu-mpi fits one; use kappamu fit");
+    }
+  });
   masked_ = fs::exists(folder_ / "mask.npy");
   const auto shape = npy_shape(comm, folder_ / "irradiance.npy");
   if (shape.size() != 3 || shape.front() == 0) {

@@ -31,6 +31,7 @@ std::optional<double> repeated_error(const SurfaceMeasurements& m) {
   };
   for (int a = 0; a < m.patterns; ++a) {
     for (int b = a + 1; b < m.patterns; ++b) {
+      if (m.seen_on(a) != m.seen_on(b)) continue;
       if (!std::equal(light(a), light(a) + static_cast<std::ptrdiff_t>(lit), light(b))) continue;
       for (std::size_t c = 0; c < m.channels.size(); ++c) {
         const std::size_t first = (c * m.patterns + a) * seen, second = (c * m.patterns + b) * seen;
@@ -113,8 +114,9 @@ SharedError shared_error(const capture::Session& session, const WhiteReference& 
               : own    ? "from the white target under several values"
                        : "in proportion to common");
   }
-  const SmoothError& least =
-      measurements.lit_face == measurements.seen_face ? unseen_front_lit : unseen;
+  const bool lit_is_seen =
+      measurements.two_faces() || measurements.lit_face == measurements.seen_face;
+  const SmoothError& least = lit_is_seen ? unseen_front_lit : unseen;
   error = {std::min(1.0, std::hypot(error.common, least.common)),
            std::min(1.0, std::hypot(error.own, least.own))};
   return {error, percent(error.common) + " common to all patterns, " + percent(error.own) +

@@ -210,6 +210,21 @@ class Shooter : Photographer {
           {planned.id, image, planned.role, stack("frames/" + planned.id, exposures_)});
     }
     ambient(1);
+    if (plan_.both_faces) patterns_on_lit_face();
+  }
+
+  void patterns_on_lit_face() {
+    place({Subject::sample, plan_.calibration_station}, "sample, room light off", "black");
+    const std::vector<Pattern> seen_behind = session_.patterns;
+    for (const Pattern& pattern : seen_behind) {
+      if (pattern.role != PatternRole::fit) continue;
+      show(pattern.image);
+      Pattern on_lit_face = pattern;
+      on_lit_face.id += "_lit";
+      on_lit_face.station = plan_.calibration_station;
+      on_lit_face.frames = stack("frames/" + on_lit_face.id, exposures_);
+      session_.patterns.push_back(std::move(on_lit_face));
+    }
   }
 };
 

@@ -60,6 +60,9 @@ struct CapturePlan {
   /// Shoot white target and sample with the projector off too, the sample before and after the
   /// patterns: for rooms that are not dark.
   bool ambient = false;
+  /// Back-lit: the camera sees the patterns for the fit from the calibration station too, on the
+  /// lit face.
+  bool both_faces = false;
   bool colour_chart = true;
   int dark_repeats = 2;  ///< dark frames at the shortest and at the longest exposure, each
 };

@@ -45,6 +45,9 @@ struct Pattern {
       image;  ///< what the projector showed: grey PNG of the projector's size, 0 dark, full white
   PatternRole role = PatternRole::fit;
   Stack frames;
+  /// Back-lit: the calibration station where the camera saw the lit face under this light; empty:
+  /// Session::pattern_station.
+  std::string station{};
 };
 
 struct Sample {
@@ -253,6 +256,9 @@ struct Session {
   /// What the instrument's errors are known to be; absent: measured from the session.
   std::optional<SmoothError> smooth_error{};
 };
+
+/// The face that the camera sees under a pattern.
+Face pattern_face(const Session& session, const Pattern& pattern);
 
 /// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and
 /// fix for an unreadable file, a missing or unknown field, a wrong unit, non-positive

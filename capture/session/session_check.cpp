@@ -131,6 +131,18 @@ class SessionCheck : FieldCheck {
                   "; give every pattern its own id");
       relative_path(pattern.image, field + ".image");
       stack(pattern.frames, field + ".frames");
+      require(pattern.station.empty() || pattern.station == session_.pattern_station ||
+                  pattern.station == session_.calibration_station,
+              field + ".station",
+              "is '" + pattern.station + "'; it must be one of those in stations ('" +
+                  session_.calibration_station + "', '" + session_.pattern_station + "')");
+      require(session_.calibration.ambient.empty() ||
+                  pattern_face(session_, pattern) == session_.sample.seen_face,
+              field + ".station",
+              "is '" + pattern.station +
+                  "' in a room that is not dark: calibration.ambient is "
+                  "seen from '" +
+                  session_.pattern_station + "' alone; darken the room");
       any_fit |= pattern.role == PatternRole::fit;
     }
     require(any_fit, "patterns", "has no pattern of role 'fit'; the fit needs at least one");

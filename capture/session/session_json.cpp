@@ -87,6 +87,7 @@ void describe(Fields& fields, Pattern& pattern) {
   fields("image", pattern.image);
   fields.named("role", pattern.role, role_names);
   fields("frames", pattern.frames);
+  fields.optional("station", pattern.station);
 }
 
 template <class Fields>
@@ -195,6 +196,12 @@ void describe(Fields& fields, Session& session) {
   fields("calibration", session.calibration);
   fields.optional("description", session.description);
   fields("smooth_error", session.smooth_error);
+}
+
+Face pattern_face(const Session& session, const Pattern& pattern) {
+  const bool from_calibration =
+      !pattern.station.empty() && pattern.station == session.calibration_station;
+  return from_calibration ? session.sample.lit_face : session.sample.seen_face;
 }
 
 Session read_session(const std::filesystem::path& folder) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <tuple>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -123,20 +124,27 @@ void SimulatedRig::solve(const std::vector<Image<std::uint8_t>>& images, Progres
     irradiance.insert(irradiance.end(), one.begin(), one.end());
   }
   const std::size_t cells = face_shape(transport_->block().shape, rig_.sample.seen_face()).cells();
-  for (const Image<std::uint8_t>& image : images)
-    solved_[key_of_image(image)].resize(media_.size());
-  for (std::size_t c = 0; c < media_.size(); ++c) {
-    transport_->set_medium(media_[c]);
-    const std::vector<double> maps =
-        transport_->exitance(irradiance, rig_.sample.seen_face(), [&](double fraction) {
-          progress.update("light transport", (c + fraction) / static_cast<double>(media_.size()),
-                          std::to_string(images.size()) + " patterns");
-        });
-    for (std::size_t m = 0; m < images.size(); ++m) {
-      const auto first = maps.begin() + static_cast<std::ptrdiff_t>(m * cells);
-      solved_[key_of_image(images[m])][c].assign(first, first + static_cast<std::ptrdiff_t>(cells));
+  for (const Face face : photographed()) {
+    for (const Image<std::uint8_t>& image : images)
+      solved_[{key_of_image(image), face}].resize(media_.size());
+    for (std::size_t c = 0; c < media_.size(); ++c) {
+      transport_->set_medium(media_[c]);
+      const std::vector<double> maps = transport_->exitance(irradiance, face, [&](double fraction) {
+        progress.update("light transport", (c + fraction) / static_cast<double>(media_.size()),
+                        std::to_string(images.size()) + " patterns");
+      });
+      for (std::size_t m = 0; m < images.size(); ++m) {
+        const auto first = maps.begin() + static_cast<std::ptrdiff_t>(m * cells);
+        solved_[{key_of_image(images[m]), face}][c].assign(
+            first, first + static_cast<std::ptrdiff_t>(cells));
+      }
     }
   }
+}
+
+std::vector<Face> SimulatedRig::photographed() const {
+  if (options_.both_faces) return {rig_.sample.seen_face(), rig_.sample.lit_face()};
+  return {rig_.sample.seen_face()};
 }
 
 void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progress& progress) {
@@ -147,13 +155,13 @@ void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progr
   const auto most = static_cast<std::size_t>(
       std::max_element(rig_.responsivity.begin(), rig_.responsivity.end()) -
       rig_.responsivity.begin());
-  for (const Image<std::uint8_t>& image : images) {
+  const auto look_at = [&](const Image<std::uint8_t>& image, Face face) {
     // Sinusoids light all of the face, and it is the lit pixels that are measured.
-    const bool lit_is_seen = rig_.sample.setup == capture::Setup::front_lit &&
-                             options_.light.shape != capture::LightShape::sinusoids;
+    const bool lit_is_seen =
+        face == rig_.sample.lit_face() && options_.light.shape != capture::LightShape::sinusoids;
     const std::vector<double> light =
         lit_is_seen ? lit_face_irradiance(image) : std::vector<double>{};
-    const ExitanceMaps& maps = solved_.at(key_of_image(image));
+    const ExitanceMaps& maps = exitance(image, face);
     for (std::size_t c = 0; c < maps.size(); ++c) {
       const double relative = rig_.responsivity[c] / rig_.responsivity[most];
       for (std::size_t i = 0; i < maps[c].size(); ++i) {
@@ -161,6 +169,9 @@ void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progr
         brightest = std::max(brightest, relative * per_exitance * maps[c][i]);
       }
     }
+  };
+  for (const Image<std::uint8_t>& image : images) {
+    for (const Face face : photographed()) look_at(image, face);
   }
   check(brightest > 0.0, "some light comes through the sample");
   choose_gain(rig_, brightest, options_.exposures_s.front() / brightest_signal);
@@ -170,8 +181,9 @@ void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progr
              (paper_reflectance * rig_.responsivity[most] * room_exposure_s);
 }
 
-const SimulatedRig::ExitanceMaps& SimulatedRig::exitance(const Image<std::uint8_t>& image) const {
-  const auto found = solved_.find(key_of_image(image));
+const SimulatedRig::ExitanceMaps& SimulatedRig::exitance(const Image<std::uint8_t>& image,
+                                                         Face face) const {
+  const auto found = solved_.find({key_of_image(image), face});
   check(found != solved_.end(), "light transport was solved for the image shown");
   return found->second;
 }
@@ -188,17 +200,20 @@ Image<float> SimulatedRig::to_full_scales(Image<float> radiance) const {
   return radiance;
 }
 
-Image<float> SimulatedRig::sample_radiance(const Image<std::uint8_t>& image) {
-  if (solved_.count(key_of_image(image)) == 0) {
+Image<float> SimulatedRig::sample_radiance(const Image<std::uint8_t>& image, bool lit_face) {
+  const Face face = lit_face ? rig_.sample.lit_face() : rig_.sample.seen_face();
+  if (solved_.count({key_of_image(image), face}) == 0) {
     Progress silent;
     solve({image}, silent);
   }
-  if (!face_view_) {
-    face_view_ = std::make_unique<FaceView>(
-        rays(), rig_.world_from_camera.at(rig_.pattern_station()), rig_.world_from_sample,
-        transport_->block().shape, rig_.sample.seen_face(), transport_->constants());
+  if (!face_views_.contains(face)) {
+    const std::string station = lit_face ? front_station : rig_.pattern_station();
+    face_views_.emplace(
+        std::piecewise_construct, std::tuple(face),
+        std::forward_as_tuple(rays(), rig_.world_from_camera.at(station), rig_.world_from_sample,
+                              transport_->block().shape, face, transport_->constants()));
   }
-  return to_full_scales(face_view_->radiance(exitance(image)));
+  return to_full_scales(face_views_.at(face).radiance(exitance(image, face)));
 }
 
 double SimulatedRig::white_exposure_s(double signal) const {
@@ -246,13 +261,14 @@ Image<float> SimulatedRig::picture() {
       quads.push_back(chart_quad(1.6 * s, rig_.world_from_target()));
       break;
     case Subject::sample: {
-      if (scene_.lighting != capture::Lighting::room && scene_.station != rig_.pattern_station()) {
+      if (scene_.lighting != capture::Lighting::room && !options_.both_faces &&
+          scene_.station != rig_.pattern_station()) {
         throw InputError("the simulated sample's patterns are seen from station \"" +
                          rig_.pattern_station() + "\" only");
       }
       if (scene_.lighting != capture::Lighting::room && light.ambient == 0.0 &&
           scene_.lighting != capture::Lighting::none) {
-        return sample_radiance(shown_);
+        return sample_radiance(shown_, scene_.station != rig_.pattern_station());
       }
       Rigid sample_from_face{Eigen::Matrix3d::Identity(),
                              {0.5 * face_mm.x(), 0.5 * face_mm.y(), 0.0}};
@@ -278,7 +294,8 @@ Image<float> SimulatedRig::picture() {
 
 double SimulatedRig::room_light() const {
   if (scene_.subject != Subject::sample) return options_.room_light;
-  const double patterns = std::max<double>(1.0, static_cast<double>(solved_.size()) - 1.0);
+  const auto solved = static_cast<double>(solved_.size() / photographed().size());
+  const double patterns = std::max(1.0, solved - 1.0);
   const double share = scene_.lighting == capture::Lighting::none
                            ? scene_.pose
                            : std::clamp((patterns_shown_ - 1) / patterns, 0.0, 1.0);

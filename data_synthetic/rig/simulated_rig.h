@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/rig/device.h"
@@ -42,19 +43,21 @@ class SimulatedRig final : public capture::RigDevice {
   /// Irradiance [v][u] on the lit face's cells of the transport grid.
   std::vector<double> lit_face_irradiance(const Image<std::uint8_t>& image) const;
   /// Noise-free picture [y][x][RGB] of the sample under an image, from the pattern station, in full
-  /// scales per second.
-  Image<float> sample_radiance(const Image<std::uint8_t>& image);
+  /// scales per second; with `lit_face` from the calibration station.
+  Image<float> sample_radiance(const Image<std::uint8_t>& image, bool lit_face = false);
   /// Exposure time [s] in which the brightest channel of the white target, under full white,
   /// reaches `signal` full scales.
   double white_exposure_s(double signal) const;
 
-  /// Exitance [channel][v][u] on the seen face's cells of the transport grid.
+  /// Exitance [channel][v][u] on a face's cells of the transport grid.
   using ExitanceMaps = std::vector<std::vector<double>>;
-  const ExitanceMaps& exitance(const Image<std::uint8_t>& image) const;
+  const ExitanceMaps& exitance(const Image<std::uint8_t>& image, Face face) const;
 
  private:
   const RayTable& rays();
   Image<float> picture();
+  /// Those that patterns are photographed on.
+  std::vector<Face> photographed() const;
   double room_light() const;  ///< of the present scene, in the dark
   Image<float> to_full_scales(Image<float> radiance) const;
   void solve(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
@@ -64,9 +67,9 @@ class SimulatedRig final : public capture::RigDevice {
   double ambient_ = 0.0;
   std::unique_ptr<Transport> transport_;
   std::array<Medium, 3> media_;
-  std::map<std::string, ExitanceMaps> solved_;  ///< by the image's pixels
+  std::map<std::pair<std::string, Face>, ExitanceMaps> solved_;  ///< by the image's pixels
   std::unique_ptr<RayTable> rays_;
-  std::unique_ptr<FaceView> face_view_;
+  std::map<Face, FaceView> face_views_;
   capture::Scene scene_;
   Image<std::uint8_t> shown_;
   std::optional<Image<float>> picture_;  ///< of the present scene and image

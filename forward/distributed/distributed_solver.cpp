@@ -364,7 +364,7 @@ class DistributedOperators final : public OperatorFactory {
  public:
   explicit DistributedOperators(std::vector<std::shared_ptr<const BlockPieces>> pieces)
       : pieces_(std::move(pieces)) {}
-  MadeOperator make(const GridSetup& setup, Face seen, const std::string& /*device*/,
+  MadeOperator make(const GridSetup& setup, const SeenFaces& seen, const std::string& /*device*/,
                     Precision /*precision*/) const override {
     const auto found = std::find_if(pieces_.begin(), pieces_.end(), [&](const auto& pieces) {
       return pieces->piece().shape == setup.shape;

@@ -237,7 +237,7 @@ class ObjectOperators final : public OperatorFactory {
   ObjectOperators(TriangleMesh mesh, std::shared_ptr<const RayCaster> rays)
       : mesh_(std::move(mesh)), rays_(std::move(rays)) {}
 
-  MadeOperator make(const GridSetup& setup, Face /*seen*/, const std::string& device,
+  MadeOperator make(const GridSetup& setup, const SeenFaces& /*seen*/, const std::string& device,
                     Precision /*precision*/) const override {
     const auto n = static_cast<unsigned>(setup.shape.nx);
     const int level = std::bit_width(n) - 1;

@@ -27,26 +27,26 @@ struct RobinFace {
 struct AdjointSums {
   PairProducts products;        ///< of λ and φ
   std::vector<double> columns;  ///< Σ_m λ_i E_m: GridSolver::column_products
-  /// Σ_m ψ_m (M_m − M_apart,m) on the seen face, [v][u]; M_apart is the part of
+  /// Σ_m ψ_m (M_m − M_apart,m) on the seen faces, [face][v][u]; M_apart is the part of
   /// GridSolver::exitance that no conductance multiplies (exitance_per_irradiance on the lit face).
   std::vector<double> observed;
 };
 
 /// Adds ∂J/∂log κ and ∂J/∂log μ, where the sums were taken at `kappa` [mm] and `mu` [1/mm].
-void add_gradient(const GridSetup& setup, const BoundaryConstants& constants, Face seen_face,
-                  std::span<const double> kappa, std::span<const double> mu,
-                  const AdjointSums& sums, CoefficientPair& gradient);
+void add_gradient(const GridSetup& setup, const BoundaryConstants& constants,
+                  std::span<const Face> seen, std::span<const double> kappa,
+                  std::span<const double> mu, const AdjointSums& sums, CoefficientPair& gradient);
 
 /// Along one direction, the same for every pattern: with A φ = b and the exitance M,
 ///     A δφ = δb − δA φ,      δM = (∂M/∂φ) δφ + (M − M_apart) δlog G_b.
 struct Tangent {
   EquationsChange equations;
-  std::vector<double> observed;  ///< δ log G_b of the seen face's voxels, [v][u] [dimensionless]
+  std::vector<double> observed;  ///< δ log G_b of the seen faces' voxels, [face][v][u]
 };
 
 /// At `kappa` [mm] and `mu` [1/mm].
-Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants, Face seen_face,
-                  std::span<const double> kappa, std::span<const double> mu,
-                  const CoefficientPair& direction);
+Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants,
+                  std::span<const Face> seen, std::span<const double> kappa,
+                  std::span<const double> mu, const CoefficientPair& direction);
 
 }  // namespace kappamu::forward

@@ -26,7 +26,7 @@ struct Assembly {
   void add_faces(const std::vector<double>& face, int axis);
   void add_cells();
   void add_boundary(Face face);
-  void add_observation(Face seen_face);
+  void add_observation(Face seen, std::span<const double> observed);
   void add_boundary_source();
   void add_first_collisions();
 };
@@ -79,13 +79,13 @@ void Assembly::add_boundary(Face face) {
 }
 
 /// ψ ∂M/∂κ at fixed φ: M − M_entered is proportional to G_b.
-void Assembly::add_observation(Face seen_face) {
-  const FaceShape shape = face_shape(setup.shape, seen_face);
+void Assembly::add_observation(Face seen, std::span<const double> observed) {
+  const FaceShape shape = face_shape(setup.shape, seen);
   for (int v = 0; v < shape.nv; ++v) {
     for (int u = 0; u < shape.nu; ++u) {
-      const std::size_t i = face_cell(setup.shape, seen_face, u, v);
+      const std::size_t i = face_cell(setup.shape, seen, u, v);
       const std::size_t s = static_cast<std::size_t>(v) * shape.nu + u;
-      gradient.log_kappa[i] += robin().log_slope(kappa[i]) * sums.observed[s];
+      gradient.log_kappa[i] += robin().log_slope(kappa[i]) * observed[s];
     }
   }
 }
@@ -140,9 +140,9 @@ void Assembly::add_first_collisions() {
 
 }  // namespace
 
-void add_gradient(const GridSetup& setup, const BoundaryConstants& constants, Face seen_face,
-                  std::span<const double> kappa, std::span<const double> mu,
-                  const AdjointSums& sums, CoefficientPair& gradient) {
+void add_gradient(const GridSetup& setup, const BoundaryConstants& constants,
+                  std::span<const Face> seen, std::span<const double> kappa,
+                  std::span<const double> mu, const AdjointSums& sums, CoefficientPair& gradient) {
   const std::size_t cells = setup.shape.cells();
   check(kappa.size() == cells && mu.size() == cells && gradient.log_mu.size() == cells,
         "coefficients do not fit the grid");
@@ -152,7 +152,12 @@ void add_gradient(const GridSetup& setup, const BoundaryConstants& constants, Fa
   assembly.add_faces(sums.products.face_z, 2);
   assembly.add_cells();
   for (const Face face : all_faces) assembly.add_boundary(face);
-  assembly.add_observation(seen_face);
+  std::span<const double> observed(sums.observed);
+  for (const Face face : seen) {
+    const std::size_t pixels = face_shape(setup.shape, face).cells();
+    assembly.add_observation(face, observed.first(pixels));
+    observed = observed.subspan(pixels);
+  }
   if (setup.source == SourceModel::boundary) {
     assembly.add_boundary_source();
   } else {

@@ -1,4 +1,4 @@
-// A block's grid as a DiffusionOperator: light on one face, exitance of one face.
+// A block's grid as a DiffusionOperator: light on one face, exitance of one face or of several.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -19,18 +19,22 @@ constexpr std::size_t seen_at_once = 4096;
 
 class GridOperator final : public DiffusionOperator {
  public:
-  GridOperator(std::unique_ptr<GridSolver> solver, Face seen)
+  GridOperator(std::unique_ptr<GridSolver> solver, const SeenFaces& seen)
       : solver_(std::move(solver)),
-        seen_(seen),
+        seen_(seen.list),
         space_(block_space(setup().shape, setup().lit_face)),
-        apart_(seen == setup().lit_face ? exitance_per_irradiance(setup(), solver_->constants())
-                                        : 0.0) {}
+        pixels_(face_shape(setup().shape, seen_.front()).cells()) {
+    for (const Face face : seen_) {
+      check(face_shape(setup().shape, face).cells() == pixels_, "faces of one shape are seen");
+      apart_.push_back(is_lit(face) ? exitance_per_irradiance(setup(), solver_->constants()) : 0.0);
+    }
+  }
 
   const MediumSpace& space() const override { return space_; }
   std::size_t light_size() const override {
     return face_shape(space_.shape, setup().lit_face).cells();
   }
-  std::size_t exitance_size() const override { return face_shape(space_.shape, seen_).cells(); }
+  std::size_t exitance_size() const override { return seen_.size() * pixels_; }
   std::string backend() const override { return solver_->backend(); }
 
   void set_medium(std::vector<double> kappa, std::vector<double> mu) override {
@@ -50,13 +54,8 @@ class GridOperator final : public DiffusionOperator {
     return solver_->solve(b, phi, options);
   }
   void exitance(const BatchField& phi, std::span<const double> light,
-                std::span<double> out) const override {
-    const bool needs_light = seen_ == setup().lit_face;
-    solver_->exitance(phi, seen_, needs_light ? light : std::span<const double>(), out);
-  }
-  void exitance_transpose(std::span<const double> weights, BatchField& b) const override {
-    solver_->exitance_adjoint(seen_, weights, b);
-  }
+                std::span<double> out) const override;
+  void exitance_transpose(std::span<const double> weights, BatchField& b) const override;
   void add_gradient(const SolvedBatch& at, const BatchField& lambda,
                     std::span<const double> weights, CoefficientPair& gradient) const override;
   void linearise(const SolvedBatch& at, const CoefficientPair& direction, BatchField& b,
@@ -64,17 +63,54 @@ class GridOperator final : public DiffusionOperator {
 
  private:
   const GridSetup& setup() const { return solver_->setup(); }
+  bool is_lit(Face face) const { return face == setup().lit_face; }
   /// The part of the exitance of datum `i` that a conductance multiplies.
   double conducted(const SolvedBatch& at, std::size_t i) const {
-    return at.exitance[i] - (apart_ == 0.0 ? 0.0 : apart_ * at.light[i]);
+    const double apart = apart_[i / pixels_ % seen_.size()];
+    if (apart == 0.0) return at.exitance[i];
+    return at.exitance[i] - apart * at.light[i / exitance_size() * pixels_ + i % pixels_];
   }
 
   std::unique_ptr<GridSolver> solver_;
-  Face seen_;
+  std::vector<Face> seen_;
   MediumSpace space_;
-  double apart_;  ///< of the exitance, per irradiance: what no conductance multiplies
+  std::size_t pixels_;  ///< of one of them
+  std::vector<double>
+      apart_;  ///< of their exitance, per irradiance: what no conductance multiplies
   std::vector<double> kappa_, mu_;
 };
+
+void GridOperator::exitance(const BatchField& phi, std::span<const double> light,
+                            std::span<double> out) const {
+  std::vector<double> of_face(static_cast<std::size_t>(phi.patterns()) * pixels_);
+  for (std::size_t f = 0; f < seen_.size(); ++f) {
+    const std::span<double> result = seen_.size() == 1 ? out : std::span<double>(of_face);
+    solver_->exitance(phi, seen_[f], is_lit(seen_[f]) ? light : std::span<const double>(), result);
+    if (seen_.size() == 1) return;
+    for (std::size_t i = 0; i < of_face.size(); ++i) {
+      out[(i / pixels_ * seen_.size() + f) * pixels_ + i % pixels_] = of_face[i];
+    }
+  }
+}
+
+void GridOperator::exitance_transpose(std::span<const double> weights, BatchField& b) const {
+  if (seen_.size() == 1) {
+    solver_->exitance_adjoint(seen_.front(), weights, b);
+    return;
+  }
+  const auto patterns = static_cast<std::size_t>(b.patterns());
+  std::vector<double> of_face(patterns * pixels_);
+  std::vector<double> sum(patterns * space_.cells(), 0.0), one(sum.size());
+  for (std::size_t f = 0; f < seen_.size(); ++f) {
+    for (std::size_t i = 0; i < of_face.size(); ++i) {
+      of_face[i] = weights[(i / pixels_ * seen_.size() + f) * pixels_ + i % pixels_];
+    }
+    solver_->exitance_adjoint(seen_[f], of_face, b);
+    solver_->read(b, one);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += one[i];
+  }
+  solver_->fill(b, sum);
+}
 
 void GridOperator::load_transpose(const BatchField& lambda, std::span<double> light) const {
   const GridShape& shape = space_.shape;
@@ -135,7 +171,7 @@ void GridOperator::linearise(const SolvedBatch& at, const CoefficientPair& direc
 
 class BlockOperators final : public OperatorFactory {
  public:
-  MadeOperator make(const GridSetup& setup, Face seen, const std::string& device,
+  MadeOperator make(const GridSetup& setup, const SeenFaces& seen, const std::string& device,
                     Precision precision) const override {
     SolverChoice choice = make_grid_solver(setup, device, precision);
     return {make_grid_operator(std::move(choice.solver), seen), std::move(choice.warning)};
@@ -149,7 +185,7 @@ class BlockOperators final : public OperatorFactory {
 }  // namespace
 
 std::unique_ptr<DiffusionOperator> make_grid_operator(std::unique_ptr<GridSolver> solver,
-                                                      Face seen) {
+                                                      const SeenFaces& seen) {
   return std::make_unique<GridOperator>(std::move(solver), seen);
 }
 

@@ -103,7 +103,7 @@ class GridSolver {
 /// The solver's equations as an inverse problem sees them: light on the setup's lit face, exitance
 /// of `seen`.
 std::unique_ptr<DiffusionOperator> make_grid_operator(std::unique_ptr<GridSolver> solver,
-                                                      Face seen);
+                                                      const SeenFaces& seen);
 
 /// Serial, double, written for reading.
 std::unique_ptr<GridSolver> make_reference_solver(const GridSetup& setup);

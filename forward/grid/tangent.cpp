@@ -32,7 +32,7 @@ struct Linearisation {
   std::vector<double> diagonal() const;
   std::vector<double> boundary_source() const;
   std::vector<double> first_collisions() const;
-  std::vector<double> observed(Face seen_face) const;
+  std::vector<double> observed(std::span<const Face> seen) const;
 };
 
 /// G_ij = 2h κ_i κ_j/(κ_i + κ_j).
@@ -123,12 +123,14 @@ std::vector<double> Linearisation::first_collisions() const {
   return change;
 }
 
-std::vector<double> Linearisation::observed(Face seen_face) const {
-  const FaceShape shape = face_shape(setup.shape, seen_face);
+std::vector<double> Linearisation::observed(std::span<const Face> seen) const {
   std::vector<double> change;
-  for (int v = 0; v < shape.nv; ++v) {
-    for (int u = 0; u < shape.nu; ++u) {
-      change.push_back(log_conductance(face_cell(setup.shape, seen_face, u, v)));
+  for (const Face face : seen) {
+    const FaceShape shape = face_shape(setup.shape, face);
+    for (int v = 0; v < shape.nv; ++v) {
+      for (int u = 0; u < shape.nu; ++u) {
+        change.push_back(log_conductance(face_cell(setup.shape, face, u, v)));
+      }
     }
   }
   return change;
@@ -136,9 +138,9 @@ std::vector<double> Linearisation::observed(Face seen_face) const {
 
 }  // namespace
 
-Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants, Face seen_face,
-                  std::span<const double> kappa, std::span<const double> mu,
-                  const CoefficientPair& direction) {
+Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants,
+                  std::span<const Face> seen, std::span<const double> kappa,
+                  std::span<const double> mu, const CoefficientPair& direction) {
   const std::size_t cells = setup.shape.cells();
   check(kappa.size() == cells && mu.size() == cells && direction.log_kappa.size() == cells &&
             direction.log_mu.size() == cells,
@@ -146,7 +148,7 @@ Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants, Fa
   const Linearisation at{setup, constants, kappa, mu, direction};
   return {{at.faces(0), at.faces(1), at.faces(2), at.diagonal(),
            setup.source == SourceModel::boundary ? at.boundary_source() : at.first_collisions()},
-          at.observed(seen_face)};
+          at.observed(seen)};
 }
 
 }  // namespace kappamu::forward

@@ -13,6 +13,7 @@
 #include "forward/analytic/homogeneous_block.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/levenberg_marquardt.h"
+#include "inverse/problem/lit_face.h"
 
 namespace kappamu::inverse {
 
@@ -143,6 +144,20 @@ SomeData some_data(const Problem& problem) {
   }
 }
 
+/// [L][face][pixel] of [face][L][pixel].
+std::vector<double> interleaved(const std::vector<std::vector<double>>& of_faces,
+                                std::size_t pixels) {
+  if (of_faces.size() == 1) return of_faces.front();
+  std::vector<double> all;
+  for (std::size_t first = 0; first < of_faces.front().size(); first += pixels) {
+    for (const std::vector<double>& face : of_faces) {
+      const auto begin = face.begin() + static_cast<std::ptrdiff_t>(first);
+      all.insert(all.end(), begin, begin + static_cast<std::ptrdiff_t>(pixels));
+    }
+  }
+  return all;
+}
+
 /// The lowest places of a table that no neighbour is below, lowest first.
 std::vector<LeastSquaresState> lowest_places(LogResidual& residual, double thickness) {
   const auto between = [](double first, double last, int k, int count) {
@@ -208,12 +223,27 @@ HomogeneousFit find_homogeneous(const Problem& problem,
         "and variance, or fit the other channels alone",
         {{"channels"}});
   }
-  forward::HomogeneousBlock block(problem.setup, problem.seen_face, problem.irradiance,
-                                  some.pixels);
+  const Views views = problem.views();
+  const std::vector<double> light = views.of_lights(problem.irradiance);
+  std::vector<forward::HomogeneousBlock> blocks;  // one for each face that is seen
+  for (const Face face : views.faces().list) {
+    blocks.emplace_back(problem.setup, face, light, some.pixels);
+  }
+  const LitFace lit(problem);
   LogResidual residual(problem, some.used, [&](const Eigen::VectorXd& p) {
-    const std::vector<double> all = block.exitance(std::exp(p[0]), std::exp(p[1]));
+    std::vector<std::vector<double>> exitance;
+    for (forward::HomogeneousBlock& block : blocks) {
+      exitance.push_back(block.exitance(std::exp(p[0]), std::exp(p[1])));
+    }
+    const std::vector<double> all =
+        views.pictures(interleaved(exitance, some.pixels.u.size() * some.pixels.v.size()));
     std::vector<double> prediction;
     for (const std::size_t at : some.at) prediction.push_back(all[at]);
+    if (problem.lateral.empty()) return prediction;
+    const std::vector<double> where_lit = lit.exitance(std::exp(p[0]), std::exp(p[1]));
+    for (std::size_t k = 0; k < prediction.size(); ++k) {
+      if (where_lit[some.used[k]] > 0.0) prediction[k] = where_lit[some.used[k]];
+    }
     return prediction;
   });
   std::vector<LeastSquaresState> places = lowest_places(residual, problem.setup.thickness_mm());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "core/shown_text.h"
@@ -46,6 +47,17 @@ Problem some_patterns(const Problem& problem) {
     }
     return taken;
   };
+  if (!problem.seen_faces.empty()) {
+    std::vector<Face> faces;
+    for (const int m : chosen) faces.push_back(problem.seen_faces[static_cast<std::size_t>(m)]);
+    set_seen_faces(std::move(faces), some.seen_face, some.seen_faces);
+  }
+  some.lateral.clear();
+  for (const int m : chosen) {
+    if (!problem.lateral.empty()) {
+      some.lateral.push_back(problem.lateral[static_cast<std::size_t>(m)]);
+    }
+  }
   some.irradiance = take(problem.irradiance, problem.lit_shape().cells());
   some.data = take(problem.data, problem.seen_shape().cells());
   some.weight = take(problem.weight, problem.seen_shape().cells());

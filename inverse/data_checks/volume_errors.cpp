@@ -31,7 +31,7 @@ constexpr std::array<double, shifts + 1> small_change{0.01, 0.01, 0.001};
 Eigen::MatrixXd by_error(const Problem& problem, const std::vector<double>& prediction,
                          const std::vector<double>& root_weight) {
   const FaceShape face = problem.seen_shape();
-  const bool scaled = problem.setup.lit_face != problem.seen_face;
+  const bool scaled = problem.seen_faces.empty() && problem.setup.lit_face != problem.seen_face;
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(prediction.size()), shifts + (scaled ? 1 : 0));
   std::size_t i = 0;
   for (int m = 0; m < problem.patterns; ++m) {

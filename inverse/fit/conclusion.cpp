@@ -69,6 +69,13 @@ std::optional<std::string> profile_undetermined(const LayerFreedom& freedom) {
       factor);
 }
 
+bool uses_lit_pixels(const SurfaceMeasurements& m) {
+  for (std::size_t i = 0; i < m.lit.size(); ++i) {
+    if (m.lit[i] != 0 && m.mask[i] != 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
@@ -78,7 +85,9 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
   const forward::GridSetup setup = make_setup(measurements, options.data.convention);
   std::vector<std::string> warnings;
   if (report.physics == Physics::diffusion) {
-    warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
+    if (!uses_lit_pixels(measurements)) {  // whose light is by transport
+      warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
+    }
   } else {
     for (const auto& sentence : {no_scattering(medium), thin_block(medium, setup)}) {
       if (sentence) warnings.push_back(*sentence);

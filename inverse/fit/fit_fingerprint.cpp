@@ -18,6 +18,7 @@ void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
   }
   print.add(m.lit_face);
   print.add(m.seen_face);
+  for (const Face face : m.seen_faces) print.add(face);
   print.add(m.quantity);
   print.add(m.light);
   print.add(m.sides);
@@ -26,6 +27,7 @@ void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
   const std::size_t first = count * static_cast<std::size_t>(channel);
   print.add(std::span<const float>(m.value).subspan(first, count));
   print.add(std::span<const float>(m.variance).subspan(first, count));
+  if (!m.lit.empty()) print.add(std::span<const std::uint8_t>(m.lit).subspan(first, count));
   if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
 }
 

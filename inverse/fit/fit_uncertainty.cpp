@@ -90,9 +90,14 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   const std::vector<double> prediction = objective.prediction();
   const SystematicError error = estimate_systematic_error(
       objective.problem(), {prediction, objective.correction().ratio, !finer.photons});
-  const Eigen::MatrixXd covariance = LayerFitter(objective, medium)
-                                         .covariance({objective.problem(), prediction, error,
-                                                      error.found(0.0) ? error.relative : 0.0});
+  const Problem& fitted_problem = objective.problem();
+  const double lit = fitted_problem.lateral.empty()
+                         ? 0.0
+                         : LitFace(fitted_problem)
+                               .error(std::exp(medium.log_kappa[0]), std::exp(medium.log_mu[0]));
+  const double common = std::max(lit, error.found(0.0) ? error.relative : 0.0);
+  const Eigen::MatrixXd covariance =
+      LayerFitter(objective, medium).covariance({fitted_problem, prediction, error, common});
 
   LayeredMedium of_kappa = medium;  // deviations in place of values
   LayeredMedium of_both = medium;
@@ -120,6 +125,12 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
         " They include a systematic error of the data of %.2g %%, as their residuals "
         "show it.",
         100.0 * error.relative);
+  }
+  if (lit > 0.0) {
+    found.report.sentence += formatted(
+        " They include %.2g %% of light that transport's table and the unknown anisotropy (g %.2g "
+        "within %.2g) leave open where light falls.",
+        100.0 * lit, lit_anisotropy, lit_anisotropy_deviation);
   }
   if (fit.report.status == FitStatus::above_noise) {
     found.report.sentence += " The data are further from it than their noise: so are the errors.";

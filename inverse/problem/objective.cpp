@@ -39,7 +39,8 @@ auto patterns_of(Values& values, int begin, int end, std::size_t size) {
 
 }  // namespace
 
-forward::MadeOperator Backend::make(const forward::GridSetup& setup, Face seen) const {
+forward::MadeOperator Backend::make(const forward::GridSetup& setup,
+                                    const forward::SeenFaces& seen) const {
   return (operators ? operators : forward::block_operators())->make(setup, seen, device, precision);
 }
 
@@ -86,10 +87,13 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
 
 Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term)
     : problem_(std::move(problem)),
+      views_(problem_.views()),
+      light_(views_.of_lights(problem_.irradiance)),
       backend_(std::move(backend)),
       derivative_solve_(backend_.solve),
       data_options_(data_term) {
-  forward::MadeOperator made = backend_.make(problem_.setup, problem_.seen_face);
+  if (!problem_.lateral.empty()) lit_.emplace(problem_);
+  forward::MadeOperator made = backend_.make(problem_.setup, views_.faces());
   operator_ = std::move(made.op);
   warning_ = std::move(made.warning);
   stated_weight_ = problem_.weight;
@@ -109,24 +113,25 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
   fields_ = fields;
   operator_->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
   ++solves_.forward;
-  exitance_.assign(problem_.data.size(), 0.0);
-  for (int begin = 0; begin < problem_.patterns; begin += backend_.batch) {
-    const int end = std::min(begin + backend_.batch, problem_.patterns);
-    const auto light = patterns_of(problem_.irradiance, begin, end, operator_->light_size());
+  const int lights = views_.lights();
+  leaving_.assign(operator_->exitance_size() * static_cast<std::size_t>(lights), 0.0);
+  for (int begin = 0; begin < lights; begin += backend_.batch) {
+    const int end = std::min(begin + backend_.batch, lights);
+    const auto light = patterns_of(light_, begin, end, operator_->light_size());
     const auto b = operator_->make_field(end - begin);
     auto phi = operator_->make_field(end - begin);
     operator_->load(light, *b);
     // From zero, never from the last solution: equal fits end in equal bits.
     const SolveReport report = operator_->solve(*b, *phi, backend_.solve);
-    solves_.voxel_iterations += cost(*operator_, report, end - begin, problem_.patterns);
+    solves_.voxel_iterations += cost(*operator_, report, end - begin, lights);
     if (report.termination == Termination::failed) {
       fluence_.clear();
       return false;
     }
-    operator_->exitance(*phi, light,
-                        patterns_of(exitance_, begin, end, operator_->exitance_size()));
+    operator_->exitance(*phi, light, patterns_of(leaving_, begin, end, operator_->exitance_size()));
     fluence_.push_back(std::move(phi));
   }
+  exitance_ = views_.pictures(leaving_);
   correct();
   return true;
 }
@@ -134,9 +139,9 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
 /// A batch solved by the last value().
 forward::SolvedBatch Objective::batch(std::size_t part) const {
   const int begin = static_cast<int>(part) * backend_.batch;
-  const int end = std::min(begin + backend_.batch, problem_.patterns);
-  return {*fluence_[part], patterns_of(problem_.irradiance, begin, end, operator_->light_size()),
-          patterns_of(exitance_, begin, end, operator_->exitance_size())};
+  const int end = std::min(begin + backend_.batch, views_.lights());
+  return {*fluence_[part], patterns_of(light_, begin, end, operator_->light_size()),
+          patterns_of(leaving_, begin, end, operator_->exitance_size())};
 }
 
 double Objective::misfit() {
@@ -166,7 +171,7 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   check(!fluence_.empty(), "a derivative needs the fluence of a successful value()");
   ++solves_.tangent;
   std::vector<double> change;
-  change.reserve(exitance_.size());
+  change.reserve(leaving_.size());
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
     const forward::SolvedBatch at = batch(part);
     const int patterns = at.phi.patterns();
@@ -178,13 +183,14 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
     if (report.termination == Termination::failed) {
       throw InputError("the linearised diffusion solve failed: " + report.message);
     }
-    solves_.voxel_iterations += cost(*operator_, report, patterns, problem_.patterns);
+    solves_.voxel_iterations += cost(*operator_, report, patterns, views_.lights());
     const std::vector<double> dark(at.light.size(), 0.0);  // light is none of δφ's doing
     std::vector<double> by_fluence(at.exitance.size());
     operator_->exitance(*field, dark, by_fluence);
     std::transform(direct.begin(), direct.end(), by_fluence.begin(), std::back_inserter(change),
                    std::plus<>());
   }
+  change = views_.pictures(std::move(change));
   const std::array<double, 2> even = means(direction);
   for (std::size_t i = 0; i < change.size(); ++i) {
     for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
@@ -208,7 +214,8 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
   ++solves_.adjoint;
   const std::size_t cells = space().cells();
   CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
-  std::span<const double> weights(by_exitance);
+  const std::vector<double> by_leaving = views_.exitance(by_exitance);
+  std::span<const double> weights(by_leaving);
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
     const forward::SolvedBatch at = batch(part);
     const int patterns = at.phi.patterns();
@@ -221,7 +228,7 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
     if (report.termination == Termination::failed) {
       throw InputError("the adjoint diffusion solve failed: " + report.message);
     }
-    solves_.voxel_iterations += cost(*operator_, report, patterns, problem_.patterns);
+    solves_.voxel_iterations += cost(*operator_, report, patterns, views_.lights());
     operator_->add_gradient(at, *lambda, of_batch, gradient);
   }
   for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {

@@ -17,6 +17,7 @@
 #include "forward/operator.h"
 #include "inverse/problem/data_term.h"
 #include "inverse/problem/fields.h"
+#include "inverse/problem/lit_face.h"
 #include "inverse/problem/photon_ratio.h"
 #include "inverse/problem/problem.h"
 
@@ -60,7 +61,7 @@ struct Backend {
   /// Makes the operator of every grid; null: forward::block_operators().
   std::shared_ptr<const forward::OperatorFactory> operators{};
 
-  forward::MadeOperator make(const forward::GridSetup& setup, Face seen) const;
+  forward::MadeOperator make(const forward::GridSetup& setup, const forward::SeenFaces& seen) const;
 };
 
 /// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.
@@ -166,6 +167,9 @@ class Objective {
   forward::SolvedBatch batch(std::size_t part) const;
 
   Problem problem_;
+  Views views_;
+  std::vector<double> light_;  ///< irradiance [light][v][u]
+  std::optional<LitFace> lit_;
   Backend backend_;
   forward::SolveOptions derivative_solve_;  ///< of adjoint and tangent solves
   DataTermOptions data_options_;
@@ -174,10 +178,11 @@ class Objective {
   SolveCount solves_;
   std::vector<double> stated_weight_;  ///< of the data alone
   Correction correction_;
-  std::vector<double> ratio_;                                  ///< r at fields_
-  CoefficientPair fields_;                                     ///< of the last value()
-  std::vector<double> exitance_;                               ///< M of the last value()
-  DataTerm data_term_;                                         ///< there
+  std::vector<double> ratio_;     ///< r at fields_
+  CoefficientPair fields_;        ///< of the last value()
+  std::vector<double> leaving_;   ///< exitance of the last value() [light][face][v][u]
+  std::vector<double> exitance_;  ///< M of the last value(), its pictures
+  DataTerm data_term_;            ///< there
   std::vector<std::unique_ptr<forward::BatchField>> fluence_;  ///< φ of the last value(), by batch
 };
 

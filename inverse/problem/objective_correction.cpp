@@ -25,9 +25,10 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   const std::vector<double> kappa = split_voxels(exponential(fields.log_kappa), own, shape, 2);
   const std::vector<double> mu = split_voxels(exponential(fields.log_mu), own, shape, 2);
   const std::unique_ptr<forward::DiffusionOperator> finer =
-      backend_.make(refinement.setup, problem_.seen_face).op;
+      backend_.make(refinement.setup, views_.faces()).op;
   const int batch =
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
+  const std::vector<double> light = views_.of_lights(refinement.irradiance);
   const auto exitance_below = [&](double lower_kappa, double lower_mu) {
     ++solves_.refined;
     const auto scaled = [](std::vector<double> values, double lower) {
@@ -35,11 +36,11 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
       return values;
     };
     finer->set_medium(scaled(kappa, lower_kappa), scaled(mu, lower_mu));
-    return restrict_face(solve_exitance(*finer, refinement.irradiance, problem_.patterns, batch,
-                                        {backend_.refined_tolerance, backend_.solve.max_iterations},
-                                        &solves_.voxel_iterations),
-                         face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2,
-                         problem_.patterns);
+    const std::vector<double> leaving = solve_exitance(
+        *finer, light, views_.lights(), batch,
+        {backend_.refined_tolerance, backend_.solve.max_iterations}, &solves_.voxel_iterations);
+    return restrict_face(views_.pictures(leaving), face_shape(shape, problem_.seen_face),
+                         problem_.seen_shape(), 2, problem_.patterns);
   };
   const auto require_forward = [&](const CoefficientPair& at) {
     if (!solve_forward(at)) throw InputError("the diffusion solver failed at the current medium");
@@ -64,6 +65,7 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
                        mu,
                        refinement.irradiance,
                        problem_.seen_face,
+                       problem_.seen_faces,
                        problem_.seen_shape(),
                        2,
                        problem_.patterns,
@@ -89,6 +91,17 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
     correction.pixel_variance = std::move(transport.pixel_variance);
     correction.slope = slope ? std::move(transport.slope) : std::move(correction_.slope);
     correction.mean = means(fields);
+  }
+  if (lit_) {
+    const std::array<double, 2> even = means(fields);
+    const std::vector<double> lit = lit_->exitance(std::exp(even[0]), std::exp(even[1]));
+    for (std::size_t i = 0; i < better.size(); ++i) {
+      if (lit[i] <= 0.0) continue;
+      better[i] = lit[i];
+      if (!correction.variance.empty()) {
+        correction.variance[i] = correction.pixel_variance[i] = 0.0;
+      }
+    }
   }
   for (std::size_t i = 0; i < better.size(); ++i) {
     const double ratio = better[i] / exitance_[i];

@@ -167,8 +167,20 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
   how.device = options.device;
   how.seed = options.seed ^ own_key;
   how.photons = enough_photons(problem, options);
-  const auto at = static_cast<std::size_t>(
-      std::find(all_faces.begin(), all_faces.end(), problem.seen_face) - all_faces.begin());
+  const auto face_of = [&](std::size_t m) {
+    return problem.seen_faces.empty() ? problem.seen_face : problem.seen_faces[m];
+  };
+  // Of all faces' maps, those of the face that each pattern is seen on.
+  const auto seen = [&](const std::array<std::vector<double>, 6>& maps) {
+    std::vector<double> own;
+    for (std::size_t m = 0; m < static_cast<std::size_t>(problem.patterns); ++m) {
+      const auto at = std::find(all_faces.begin(), all_faces.end(), face_of(m));
+      const auto first = maps[static_cast<std::size_t>(at - all_faces.begin())].begin() +
+                         static_cast<std::ptrdiff_t>(m * grid_face.cells());
+      own.insert(own.end(), first, first + static_cast<std::ptrdiff_t>(grid_face.cells()));
+    }
+    return own;
+  };
   const std::size_t count = problem.diffusion.size();
   PhotonRatio found{std::vector<double>(count, 1.0), std::vector<double>(count, 0.0),
                     std::vector<double>(count, 0.0), 0};
@@ -181,12 +193,12 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
     Progress silent;
     found.photons += how.photons;
     forward::ForwardResult traced = forward::make_monte_carlo_model()->solve(walk, how, silent);
-    std::vector<double>& variance = traced.standard_error[at];
+    std::vector<double> variance = seen(traced.standard_error);
     for (double& e : variance) e *= e / (problem.factor * problem.factor);
     const auto to_pixels = [&](const std::vector<double>& values) {
       return restrict_face(values, grid_face, face, problem.factor, problem.patterns);
     };
-    return Walk{to_pixels(traced.exitance[at]), to_pixels(variance)};
+    return Walk{to_pixels(seen(traced.exitance)), to_pixels(variance)};
   };
   const Walk traced = trace(0.0, 0.0);
   std::vector<Walk> walks;  // for slopes: their noise must be none that the misfit, too, contains
@@ -196,7 +208,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
     walks = {trace(0.0, 0.0), trace(slope_step, 0.0), trace(0.0, slope_step)};
   }
 
-  Slopes slopes;
+  std::array<Slopes, 2> slopes;  // of the pictures on seen_face, and of those on its opposite
   const std::vector<double> light = whole_light(problem);
   for (std::size_t m = 0; m < light.size(); ++m) {
     if (light[m] == 0.0) continue;
@@ -232,11 +244,17 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
         of_ratio[unknown] =
             change(walks[0].exitance[i], walks[unknown + 1].exitance[i]) - of_diffusion[unknown];
       }
-      slopes.add(i, {std::log(exitance / brightest), of_diffusion[0], of_diffusion[1]}, of_ratio,
-                 noise / (slope_step * slope_step * exitance));
+      slopes[face_of(m) == problem.seen_face ? 0 : 1].add(
+          i, {std::log(exitance / brightest), of_diffusion[0], of_diffusion[1]}, of_ratio,
+          noise / (slope_step * slope_step * exitance));
     }
   }
-  if (slope) found.slope = slopes.evaluate(count);
+  if (!slope) return found;
+  found.slope = slopes[0].evaluate(count);
+  const auto opposite_slope = slopes[1].evaluate(count);
+  for (std::size_t k = 0; k < 2; ++k) {
+    for (std::size_t i = 0; i < count; ++i) found.slope[k][i] += opposite_slope[k][i];
+  }
   return found;
 }
 

@@ -46,7 +46,8 @@ struct PhotonProblem {
   std::vector<double> mu;          ///< [1/mm]
   std::vector<double> irradiance;  ///< [M][v][u] on its lit face
   Face seen_face = Face::z_plus;
-  FaceShape seen_shape;  ///< of what follows: pixels of `factor`² of the grid's own
+  std::vector<Face> seen_faces;  ///< as those of SurfaceMeasurements
+  FaceShape seen_shape;          ///< of what follows: pixels of `factor`² of the grid's own
   int factor = 1;
   int patterns = 0;               ///< M
   std::vector<double> diffusion;  ///< M by diffusion [M][v][u]

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "core/error.h"
 #include "inverse/defaults.h"
+#include "inverse/problem/lit_face.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
@@ -44,19 +46,22 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
   }
   forward::GridSetup setup = make_setup(light, options.convention);
   setup.shape = shape.refined(options.refine);
-  const auto op = options.backend.make(setup, light.seen_face).op;
+  const std::vector<double> irradiance(light.irradiance.begin(), light.irradiance.end());
+  const Views views(irradiance, light.patterns, light.seen_face, light.seen_faces);
+  const auto op = options.backend.make(setup, views.faces()).op;
   const std::vector<double> kappa =
       split_voxels(medium.kappa.values(), shape, setup.shape, options.refine);
   const std::vector<double> mu =
       split_voxels(medium.mu.values(), shape, setup.shape, options.refine);
   op->set_medium(kappa, mu);
   const std::vector<double> incident =
-      split_face({light.irradiance.begin(), light.irradiance.end()}, light.lit_shape(),
-                 face_shape(setup.shape, setup.lit_face), options.refine, light.patterns);
+      split_face(irradiance, light.lit_shape(), face_shape(setup.shape, setup.lit_face),
+                 options.refine, light.patterns);
   const int batch = bounded_batch(setup.shape, options.backend.batch,
                                   options.backend.refined_memory_mb, options.backend.precision);
   std::vector<double> exitance = restrict_face(
-      solve_exitance(*op, incident, light.patterns, batch, options.backend.solve),
+      views.pictures(solve_exitance(*op, views.of_lights(incident), views.lights(), batch,
+                                    options.backend.solve)),
       face_shape(setup.shape, light.seen_face), light.seen_shape(), options.refine, light.patterns);
   const double per_value = exitance_per_value(light, setup);
   if (options.photons) {
@@ -73,12 +78,28 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
                   mu,
                   incident,
                   light.seen_face,
+                  light.seen_faces,
                   light.seen_shape(),
                   options.refine,
                   light.patterns,
                   {},
                   {}},
                  *options.photons, variance, exitance);
+  }
+  if (!light.lit.empty()) {
+    const Problem problem = make_problem(light, options.channel, options.convention, {});
+    const CoefficientPair logs = to_fields(medium);
+    const auto even = [](const std::vector<double>& values) {
+      return std::exp(std::accumulate(values.begin(), values.end(), 0.0) /
+                      static_cast<double>(values.size()));
+    };
+    std::vector<double> lit;
+    if (!problem.lateral.empty()) {
+      lit = LitFace(problem).exitance(even(logs.log_kappa), even(logs.log_mu));
+    }
+    for (std::size_t i = 0; i < lit.size(); ++i) {
+      if (lit[i] > 0.0) exitance[i] = lit[i];
+    }
   }
   std::vector<float> values;
   values.reserve(exitance.size());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/optics.h"
 #include "core/parallel.h"
@@ -20,13 +21,19 @@ double largest_used(const std::vector<double>& data, const std::vector<double>& 
   return largest;
 }
 
-/// Root mean square of d/σ.
-double signal(const Problem& problem) {
+/// Root mean square of d/σ of some pictures.
+double signal(const Problem& problem, const std::vector<int>& pictures) {
+  const std::size_t pixels = problem.seen_shape().cells();
   double squares = 0.0;
-  for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    squares += problem.weight[i] * problem.data[i] * problem.data[i];
+  std::size_t used = 0;
+  for (const int m : pictures) {
+    const std::size_t first = static_cast<std::size_t>(m) * pixels;
+    for (std::size_t i = first; i < first + pixels; ++i) {
+      squares += problem.weight[i] * problem.data[i] * problem.data[i];
+      used += problem.weight[i] > 0.0 ? 1 : 0;
+    }
   }
-  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, problem.used())));
+  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, used)));
 }
 
 /// Adds the model's own variance to weights that hold 1/measured variance.
@@ -47,7 +54,12 @@ void add_model_error(Problem& problem, const ModelError& error) {
 void set_smooth_error(Problem& problem, const SmoothError& error) {
   problem.smooth_error = error;
   if (error.none()) return;
-  problem.precision.emplace(problem.seen_shape(), problem.patterns, signal(problem), error);
+  std::vector<PicturesOfFace> faces;
+  for (std::vector<int>& pictures : problem.pictures_by_face()) {
+    const double q = signal(problem, pictures);
+    faces.push_back({std::move(pictures), q});
+  }
+  problem.precision.emplace(problem.seen_shape(), std::move(faces), error);
 }
 
 /// Linear interpolation weights of one axis at voxels of half the edge.
@@ -76,6 +88,16 @@ std::size_t Problem::used() const {
       std::count_if(weight.begin(), weight.end(), [](double w) { return w > 0.0; }));
 }
 
+std::vector<std::vector<int>> Problem::pictures_by_face() const {
+  std::vector<std::vector<int>> pictures(seen_faces.empty() ? 1 : 2);
+  for (int m = 0; m < patterns; ++m) {
+    const bool far = !seen_faces.empty() && seen_faces[static_cast<std::size_t>(m)] != seen_face;
+    pictures[far ? 1 : 0].push_back(m);
+  }
+  std::erase_if(pictures, [](const std::vector<int>& of_face) { return of_face.empty(); });
+  return pictures;
+}
+
 double exitance_per_value(const SurfaceMeasurements& measurements,
                           const forward::GridSetup& setup) {
   if (measurements.quantity == Quantity::exitance) return 1.0;
@@ -99,6 +121,7 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
   Problem problem;
   problem.setup = make_setup(measurements, convention);
   problem.seen_face = measurements.seen_face;
+  problem.seen_faces = measurements.seen_faces;
   problem.patterns = measurements.patterns;
   problem.irradiance.assign(measurements.irradiance.begin(), measurements.irradiance.end());
   const double scale = exitance_per_value(measurements, problem.setup);
@@ -111,6 +134,9 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
     if (!measurements.mask.empty() && measurements.mask[first + i] == 0) continue;
     problem.data[i] = scale * measurements.value[first + i];
     problem.weight[i] = 1.0 / (scale * scale * measurements.variance[first + i]);
+    if (measurements.lit.empty() || measurements.lit[first + i] == 0) continue;
+    problem.lateral.resize(static_cast<std::size_t>(measurements.patterns), 0);
+    problem.lateral[i / problem.seen_shape().cells()] = 1;
   }
   add_model_error(problem, model_error);
   set_smooth_error(problem, measurements.smooth_error);
@@ -131,6 +157,8 @@ Problem coarsen(const Problem& fine, const ModelError& model_error) {
   const GridShape& s = fine.setup.shape;
   coarse.setup.shape = {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
   coarse.seen_face = fine.seen_face;
+  coarse.seen_faces = fine.seen_faces;
+  coarse.lateral = fine.lateral;
   coarse.patterns = fine.patterns;
 
   const FaceShape fine_lit = fine.lit_shape();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "forward/block_setup.h"
 #include "inverse/problem/fields.h"
 #include "inverse/problem/smooth_error.h"
+#include "inverse/problem/views.h"
 
 namespace kappamu::inverse {
 
@@ -24,7 +26,10 @@ struct ModelError {
 struct Problem {
   forward::GridSetup setup;
   Face seen_face = Face::z_plus;
+  std::vector<Face> seen_faces{};  ///< as those of SurfaceMeasurements
   int patterns = 0;                ///< M
+  /// [M] 1: lit pixels are used, and LitFace (lit_face.h) describes this picture; empty: none.
+  std::vector<std::uint8_t> lateral{};
   std::vector<double> irradiance;  ///< [M][v][u] on the lit face, before Fresnel
   std::vector<double> data;        ///< [M][v][u] exitance on the seen face
   std::vector<double> weight;      ///< [M][v][u] 1/σ², 0 where masked
@@ -37,6 +42,9 @@ struct Problem {
 
   FaceShape lit_shape() const { return face_shape(setup.shape, setup.lit_face); }
   FaceShape seen_shape() const { return face_shape(setup.shape, seen_face); }
+  Views views() const { return {irradiance, patterns, seen_face, seen_faces}; }
+  /// Numbers of the pictures of each face that is seen.
+  std::vector<std::vector<int>> pictures_by_face() const;
   MediumSpace space() const { return forward::block_space(setup.shape, setup.lit_face); }
   std::size_t used() const;  ///< data with weight > 0
 };

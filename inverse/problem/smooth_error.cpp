@@ -9,9 +9,9 @@
 
 namespace kappamu::inverse {
 
-SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, double signal,
-                                           const SmoothError& error,
-                                           std::shared_ptr<const SharedMaps> shared)
+FaceErrorPrecision::FaceErrorPrecision(const FaceShape& face, int patterns, double signal,
+                                       const SmoothError& error,
+                                       std::shared_ptr<const SharedMaps> shared)
     : patterns_(patterns),
       shared_(std::move(shared)),
       cosines_u_(face.nu),
@@ -35,19 +35,19 @@ SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, 
   own_root_ = own_.cwiseSqrt();
 }
 
-void SmoothErrorPrecision::hold_mean(bool held) {
+void FaceErrorPrecision::hold_mean(bool held) {
   common_(0, 0) = held ? 1.0 : constant_;
   common_root_(0, 0) = std::sqrt(common_(0, 0));
 }
 
-Eigen::MatrixXd SmoothErrorPrecision::filtered(const Eigen::MatrixXd& image,
-                                               const Eigen::MatrixXd& by) const {
+Eigen::MatrixXd FaceErrorPrecision::filtered(const Eigen::MatrixXd& image,
+                                             const Eigen::MatrixXd& by) const {
   return from_waves(cosines_u_, cosines_v_,
                     to_waves(cosines_u_, cosines_v_, image).cwiseProduct(by));
 }
 
-void SmoothErrorPrecision::filter(std::vector<double>& values, const Eigen::MatrixXd& common,
-                                  const Eigen::MatrixXd& own) const {
+void FaceErrorPrecision::filter(std::vector<double>& values, const Eigen::MatrixXd& common,
+                                const Eigen::MatrixXd& own) const {
   std::vector<double> gathered;
   if (shared_) gathered = shared_->whole(values);
   std::vector<double>& maps = shared_ ? gathered : values;
@@ -65,8 +65,7 @@ void SmoothErrorPrecision::filter(std::vector<double>& values, const Eigen::Matr
   if (shared_) shared_->take_part(maps, values);
 }
 
-std::vector<OctaveMisfit> SmoothErrorPrecision::octaves(
-    const std::vector<double>& residuals) const {
+std::vector<OctaveMisfit> FaceErrorPrecision::octaves(const std::vector<double>& residuals) const {
   std::vector<double> gathered;
   if (shared_) gathered = shared_->whole(residuals);
   const std::vector<double>& maps = shared_ ? gathered : residuals;
@@ -112,6 +111,68 @@ std::vector<OctaveMisfit> SmoothErrorPrecision::octaves(
   }
   std::erase_if(found, [](const OctaveMisfit& octave) { return octave.values == 0.0; });
   return found;
+}
+
+SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, double signal,
+                                           const SmoothError& error,
+                                           std::shared_ptr<const SharedMaps> shared)
+    : cells_(face.cells()) {
+  parts_.push_back({{}, {face, patterns, signal, error, std::move(shared)}});
+}
+
+SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, std::vector<PicturesOfFace> faces,
+                                           const SmoothError& error)
+    : cells_(face.cells()) {
+  for (PicturesOfFace& of_face : faces) {
+    const int count = static_cast<int>(of_face.pictures.size());
+    if (faces.size() == 1) of_face.pictures.clear();
+    parts_.push_back({std::move(of_face.pictures), {face, count, of_face.signal, error}});
+  }
+}
+
+/// Calls use(precision, maps) with the maps of each part, and keeps what it makes of them.
+template <class Use>
+void SmoothErrorPrecision::for_parts(std::vector<double>& maps, const Use& use) const {
+  for (const Part& part : parts_) {
+    if (part.pictures.empty()) {
+      use(part.precision, maps);
+      continue;
+    }
+    const auto map = [&](int m) { return maps.begin() + m * static_cast<std::ptrdiff_t>(cells_); };
+    std::vector<double> own;
+    for (const int m : part.pictures) own.insert(own.end(), map(m), map(m + 1));
+    use(part.precision, own);
+    for (std::size_t k = 0; k < part.pictures.size(); ++k) {
+      std::copy_n(own.begin() + static_cast<std::ptrdiff_t>(k * cells_), cells_,
+                  map(part.pictures[k]));
+    }
+  }
+}
+
+void SmoothErrorPrecision::hold_mean(bool held) {
+  for (Part& part : parts_) part.precision.hold_mean(held);
+}
+
+void SmoothErrorPrecision::apply(std::vector<double>& residuals) const {
+  for_parts(residuals, [](const FaceErrorPrecision& of_face, std::vector<double>& maps) {
+    of_face.apply(maps);
+  });
+}
+
+void SmoothErrorPrecision::apply_root(std::vector<double>& white) const {
+  for_parts(white, [](const FaceErrorPrecision& of_face, std::vector<double>& maps) {
+    of_face.apply_root(maps);
+  });
+}
+
+std::vector<OctaveMisfit> SmoothErrorPrecision::octaves(
+    const std::vector<double>& residuals) const {
+  std::vector<OctaveMisfit> all;
+  std::vector<double> maps = residuals;
+  for_parts(maps, [&](const FaceErrorPrecision& of_face, const std::vector<double>& own) {
+    for (const OctaveMisfit& octave : of_face.octaves(own)) all.push_back(octave);
+  });
+  return all;
 }
 
 }  // namespace kappamu::inverse

@@ -44,13 +44,13 @@ class SharedMaps {
   virtual void sum(Eigen::MatrixXd& image) const = 0;
 };
 
-/// (I + S)⁻¹ of residuals [M][v][u].
-class SmoothErrorPrecision {
+/// (I + S)⁻¹ of residuals [M][v][u] on one face.
+class FaceErrorPrecision {
  public:
   /// `signal` is q. With `shared` residuals are this process's part of the maps of `face`, and
   /// every call is all processes'.
-  SmoothErrorPrecision(const FaceShape& face, int patterns, double signal, const SmoothError& error,
-                       std::shared_ptr<const SharedMaps> shared = nullptr);
+  FaceErrorPrecision(const FaceShape& face, int patterns, double signal, const SmoothError& error,
+                     std::shared_ptr<const SharedMaps> shared = nullptr);
 
   /// Whether the constant of the patterns' mean counts by its noise alone, in place of I + S.
   void hold_mean(bool held);
@@ -75,6 +75,36 @@ class SmoothErrorPrecision {
   Eigen::MatrixXd common_root_;
   Eigen::MatrixXd own_root_;
   double constant_;  ///< of the mean, by I + S
+};
+
+struct PicturesOfFace {
+  std::vector<int> pictures;  ///< numbers of the M
+  double signal = 0.0;        ///< q of them
+};
+
+/// The same of pictures of one face or of two, whose errors have nothing in common.
+class SmoothErrorPrecision {
+ public:
+  SmoothErrorPrecision(const FaceShape& face, int patterns, double signal, const SmoothError& error,
+                       std::shared_ptr<const SharedMaps> shared = nullptr);
+  SmoothErrorPrecision(const FaceShape& face, std::vector<PicturesOfFace> faces,
+                       const SmoothError& error);
+
+  void hold_mean(bool held);
+  void apply(std::vector<double>& residuals) const;
+  void apply_root(std::vector<double>& white) const;
+  std::vector<OctaveMisfit> octaves(const std::vector<double>& residuals) const;
+
+ private:
+  struct Part {
+    std::vector<int> pictures;  ///< empty: all
+    FaceErrorPrecision precision;
+  };
+  template <class Use>
+  void for_parts(std::vector<double>& maps, const Use& use) const;
+
+  std::size_t cells_;
+  std::vector<Part> parts_;
 };
 
 }  // namespace kappamu::inverse

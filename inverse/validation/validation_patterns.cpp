@@ -55,12 +55,37 @@ std::vector<T> slices(const std::vector<T>& values, std::size_t outer, std::size
   return kept;
 }
 
+/// The pictures of the same light on the other face: they would show the fit what validates it.
+void add_other_faces(const SurfaceMeasurements& measurements, std::vector<int>& chosen) {
+  if (!measurements.two_faces()) return;
+  const std::size_t cells = measurements.lit_shape().cells();
+  const auto light = [&](int m) {
+    return std::span(measurements.irradiance).subspan(static_cast<std::size_t>(m) * cells, cells);
+  };
+  for (int m = 0; m < measurements.patterns; ++m) {
+    if (std::ranges::find(chosen, m) != chosen.end()) continue;
+    const bool same = std::ranges::any_of(
+        chosen, [&](int other) { return std::ranges::equal(light(m), light(other)); });
+    if (same) chosen.push_back(m);
+  }
+  if (static_cast<int>(chosen.size()) == measurements.patterns) {
+    throw InputError(
+        "all pictures are of the light that would be kept out of the fit: one light "
+        "is fitted without validation");
+  }
+}
+
 }  // namespace
 
 int usual_validation_count(int patterns) {
   constexpr int fewest = 4;
   constexpr int share = 16;
   return patterns < fewest ? 0 : std::max(1, patterns / share);
+}
+
+int count_lights(const SurfaceMeasurements& m) {
+  const std::vector<double> irradiance(m.irradiance.begin(), m.irradiance.end());
+  return Views(irradiance, m.patterns, m.seen_face, m.seen_faces).lights();
 }
 
 std::vector<int> choose_validation_patterns(const SurfaceMeasurements& measurements, int count) {
@@ -98,6 +123,7 @@ std::vector<int> choose_validation_patterns(const SurfaceMeasurements& measureme
     }
     chosen.push_back(best);
   }
+  add_other_faces(measurements, chosen);
   std::sort(chosen.begin(), chosen.end());
   return chosen;
 }
@@ -118,7 +144,10 @@ SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
   selected.grid = measurements.grid;
   selected.eta = measurements.eta;
   selected.lit_face = measurements.lit_face;
+  std::vector<Face> faces;
+  for (const int m : patterns) faces.push_back(measurements.seen_on(m));
   selected.seen_face = measurements.seen_face;
+  set_seen_faces(std::move(faces), selected.seen_face, selected.seen_faces);
   selected.quantity = measurements.quantity;
   selected.light = measurements.light;
   selected.sides = measurements.sides;
@@ -129,6 +158,7 @@ SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
   selected.value = slices(measurements.value, channels, count, seen, patterns);
   selected.variance = slices(measurements.variance, channels, count, seen, patterns);
   selected.mask = slices(measurements.mask, channels, count, seen, patterns);
+  selected.lit = slices(measurements.lit, channels, count, seen, patterns);
   return selected;
 }
 

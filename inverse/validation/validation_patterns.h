@@ -19,8 +19,12 @@ namespace kappamu::inverse {
 /// of fewer than four, which a volume needs all (docs/theory.md, 4).
 int usual_validation_count(int patterns);
 
+/// Different lights among the patterns: fewer than patterns where some are seen on two faces.
+int count_lights(const SurfaceMeasurements& measurements);
+
 /// `count` of the measured patterns, in rising order: those whose light falls nearest the middle of
 /// the lit face, far from each other. Light at the rim reaches voxels no other pattern does.
+/// Of light that is seen on two faces, both pictures: there may be more than `count`.
 /// Throws InputError unless 0 <= count < measurements.patterns.
 std::vector<int> choose_validation_patterns(const SurfaceMeasurements& measurements, int count);
 

@@ -62,8 +62,8 @@ const std::string& program_fingerprint() {
 
 std::vector<std::string> measurement_files(const std::filesystem::path& folder) {
   std::vector<std::string> files;
-  for (const char* name :
-       {"measurements.json", "irradiance.npy", "value.npy", "variance.npy", "mask.npy"}) {
+  for (const char* name : {"measurements.json", "irradiance.npy", "value.npy", "variance.npy",
+                           "mask.npy", "lit.npy"}) {
     if (std::filesystem::exists(folder / name)) files.emplace_back(name);
   }
   return files;

@@ -64,6 +64,11 @@ void warn_of_sides(const SurfaceMeasurements& m, Maps& maps) {
 
 SessionMaps maps_of_measurements(const SurfaceMeasurements& m, const Scattering& scattering,
                                  const std::string& source) {
+  if (m.two_faces()) {
+    throw InputError(source +
+                     ": patterns are seen on two faces; maps are of the lit one, and kappamu fit "
+                     "takes both");
+  }
   if (m.lit_face != m.seen_face) {
     throw InputError(source +
                      ": the lit face is not the seen one; maps need a front-lit sample, "

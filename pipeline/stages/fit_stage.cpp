@@ -19,6 +19,7 @@
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/fit_files.h"
+#include "pipeline/lit_pixels.h"
 #include "pipeline/records/channel_json.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_options.h"
@@ -43,25 +44,26 @@ class FitStage {
  public:
   /// `validation`: measurements of their own that validate the fit.
   FitStage(fs::path input, const SurfaceMeasurements& measurements,
-           std::optional<SurfaceMeasurements> validation, fs::path output,
-           const FitStageOptions& options, Progress& progress)
+           std::optional<SurfaceMeasurements> validation, fs::path output, const LitPixels& lit,
+           Progress& progress)
       : input_(std::move(input)),
         measurements_(measurements),
+        lit_(lit),
         choice_(choose_validation(
-            options.hold_out, measurements,
+            lit.options.hold_out, measurements,
             validation ? ValidationMeasurements::present : ValidationMeasurements::absent)),
         split_(inverse::split_validation(measurements, choice_.patterns, std::move(validation))),
         output_(std::move(output)),
-        options_(options),
+        options_(lit.options),
         progress_(progress) {
     if (choice_.warning) progress_.warn(*choice_.warning);
     const fs::path calibration = input_ / "calibration";
     if (fs::exists(calibration / "calibration.json")) {
       calibration_ = calib::load_calibration(calibration);
     }
-    if (options.continue_from) {
-      continued_.emplace(*options.continue_from);
-      continued_->require_continuable(options, choice_.patterns);
+    if (options_.continue_from) {
+      continued_.emplace(*options_.continue_from);
+      continued_->require_continuable(options_, choice_.patterns);
     }
   }
 
@@ -88,6 +90,7 @@ class FitStage {
 
   fs::path input_;
   const SurfaceMeasurements& measurements_;
+  const LitPixels& lit_;
   ValidationChoice choice_;
   inverse::ValidationSplit split_;
   std::optional<calib::CalibrationResult>
@@ -138,6 +141,7 @@ ChannelFit FitStage::keep(int channel, inverse::ValidatedFit fitted) {
     if (warning) warn(result, name, *warning);
   }
   summary_.notes.push_back(inverse::notes_on(result, seen, fitted.score));
+  if (!lit_.note.empty()) summary_.notes.back().insert(summary_.notes.back().begin(), lit_.note);
   io::write_npy_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   io::write_npy_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
@@ -229,6 +233,7 @@ void FitStage::write_json() const {
   fit["memory_peak_bytes"] = peak_memory();
   fit["input"] = input_.string();
   fit["options"] = Json::parse(options_json(options_));
+  fit["lit_pixels"] = lit_.used;
   fit["validation"] = {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}};
   fit["channels"] = channels;
   fit["warnings"] = warnings;
@@ -297,8 +302,10 @@ FitSummary FitStage::run() {
 FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
                          const FitStageOptions& options, Progress& progress) {
   FitInput read = read_fit_input(input, options);
+  const LitPixels lit = choose_lit_pixels(read, options);
+  if (!lit.note.empty()) progress.update("fit", 0.0, lit.note);
   return FitStage(fs::absolute(input).lexically_normal(), read.measurements,
-                  std::move(read.validation), output, options, progress)
+                  std::move(read.validation), output, lit, progress)
       .run();
 }
 

@@ -66,7 +66,7 @@ ValidationChoice choose_validation(const std::string& choice,
   }
   if (choice == "auto") {
     if (has_validation) return {Source::validation, {}, std::nullopt};
-    const int count = inverse::usual_validation_count(patterns);
+    const int count = inverse::usual_validation_count(inverse::count_lights(measurements));
     if (count > 0) {
       return {Source::fitted_input, inverse::choose_validation_patterns(measurements, count),
               std::nullopt};

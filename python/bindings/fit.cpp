@@ -54,6 +54,8 @@ SurfaceMeasurements measurements_from(const py::dict& fields) {
   const auto text = [&fields](const char* key) { return fields[key].cast<std::string>(); };
   m.lit_face = named(face_names, text("lit_face"), "lit_face");
   m.seen_face = named(face_names, text("seen_face"), "seen_face");
+  for (const auto& face : fields["seen_faces"].cast<std::vector<std::string>>())
+    m.seen_faces.push_back(named(face_names, face, "seen_faces"));
   m.quantity = named(quantity_names, text("quantity"), "quantity");
   m.light = named(light_names, text("light"), "light");
   m.sides = named(sides_names, text("sides"), "sides");
@@ -84,6 +86,12 @@ py::dict to_dict(SurfaceMeasurements&& m) {
   fields["eta"] = m.eta;
   fields["lit_face"] = to_string(m.lit_face);
   fields["seen_face"] = to_string(m.seen_face);
+  fields["seen_faces"] = py::none();
+  if (m.two_faces()) {
+    py::list faces;
+    for (const Face face : m.seen_faces) faces.append(to_string(face));
+    fields["seen_faces"] = faces;
+  }
   fields["quantity"] = to_string(m.quantity);
   fields["light"] = to_string(m.light);
   fields["sides"] = to_string(m.sides);

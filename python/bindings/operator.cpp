@@ -269,8 +269,8 @@ class Light {
                                     const forward::AdjointSums& sums) const {
     forward::CoefficientPair gradient{std::vector<double>(mu.size()),
                                       std::vector<double>(mu.size())};
-    forward::add_gradient(op_->setup(), op_->solver().constants(), face, op_->kappa(), mu, sums,
-                          gradient);
+    forward::add_gradient(op_->setup(), op_->solver().constants(), {&face, 1}, op_->kappa(), mu,
+                          sums, gradient);
     for (std::size_t i = 0; i < mu.size(); ++i) gradient.log_mu[i] /= mu[i];
     return gradient;
   }

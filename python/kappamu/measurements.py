@@ -22,6 +22,7 @@ class Measurements:
         voxel_mm: edge of a voxel [mm].
         eta: relative refractive index.
         lit_face, seen_face: "x-" ... "z+".
+        seen_faces: the face of each pattern where they are seen on two opposite ones, the first being seen_face; else None.
         quantity: "exitance" or "radiance_normal".
         light: "collimated" or "diffuse".
         sides: "open" or "mirror".
@@ -42,6 +43,7 @@ class Measurements:
     sides: str = "open"
     channels: list = None
     mask: object = None
+    seen_faces: list = None
 
     def _fields(self):
         value = np.asarray(plain(self.value))
@@ -52,7 +54,8 @@ class Measurements:
             names = ["grey"] if count == 1 else ["R", "G", "B"] if count == 3 else [f"c{i}" for i in range(count)]
         nz, ny, nx = self.shape
         return {"grid": (int(nx), int(ny), int(nz)), "voxel_mm": float(self.voxel_mm), "eta": float(self.eta),
-                "lit_face": self.lit_face, "seen_face": self.seen_face, "quantity": self.quantity, "light": self.light,
+                "lit_face": self.lit_face, "seen_face": self.seen_face,
+                "seen_faces": list(self.seen_faces or []), "quantity": self.quantity, "light": self.light,
                 "sides": self.sides, "channels": list(names), "irradiance": np.asarray(plain(self.irradiance)),
                 "value": by_channel(self.value), "variance": by_channel(self.variance), "mask": by_channel(self.mask)}
 

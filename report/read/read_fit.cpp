@@ -76,6 +76,7 @@ FitData fit_from_json(const json& object) {
     require_plain_name(data.channels.back(), "fit/fit.json: a channel's name");
   }
   data.warnings = warnings_of(object);
+  data.lit_pixels = object.value("lit_pixels", false);
   const json validation = object.value("validation", json::object());
   data.validation = io::whole_numbers<int>(validation.value("patterns", json::array()));
   return data;

@@ -3,6 +3,7 @@
 
 #include "calib/calibration_file.h"
 #include "core/error.h"
+#include "inverse/problem/lit_face.h"
 #include "inverse/validation/validation_patterns.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
@@ -72,6 +73,11 @@ void read_comparisons(RunData& data) {
   data.validate_patterns =
       read_comparison(data.session, run / "measurements_validate",
                       run / "fit" / "prediction_validate.npy", capture::PatternRole::validate);
+  for (std::optional<Comparison>* patterns : {&data.fit_patterns, &data.validate_patterns}) {
+    if (*patterns && data.fit && data.fit->lit_pixels) {
+      inverse::use_lit_pixels((*patterns)->measured);
+    }
+  }
   if (data.fit_patterns && data.fit && !data.fit->validation.empty()) {
     const Comparison all = std::move(*data.fit_patterns);
     const std::vector<int>& validation = data.fit->validation;

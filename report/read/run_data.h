@@ -73,6 +73,7 @@ struct FitData {
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;
   std::vector<std::string> warnings;
+  bool lit_pixels = false;      ///< they are used (pipeline/lit_pixels.h)
   std::vector<int> validation;  ///< patterns of the measurements that the fit did not see
 };
 

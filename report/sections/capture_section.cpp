@@ -79,16 +79,18 @@ Html measurements_table(const SurfaceMeasurements& measured) {
   for (const std::string& channel : measured.channels)
     channels += (channels.empty() ? "" : ", ") + channel;
   const GridShape& grid = measured.grid;
-  return table({}, {{text("grid"),
-                     text(std::to_string(grid.nx) + " × " + std::to_string(grid.ny) + " × " +
-                          std::to_string(grid.nz) + " voxels of " + number(grid.voxel_mm) + " mm")},
-                    {text("refractive index"), text(number(measured.eta))},
-                    {text("faces"), text("lit " + to_string(measured.lit_face) + ", seen " +
-                                         to_string(measured.seen_face))},
-                    {text("light"), text(to_string(measured.light))},
-                    {text("quantity"), text(to_string(measured.quantity))},
-                    {text("patterns"), text(std::to_string(measured.patterns))},
-                    {text("channels"), text(channels)}});
+  return table(
+      {}, {{text("grid"),
+            text(std::to_string(grid.nx) + " × " + std::to_string(grid.ny) + " × " +
+                 std::to_string(grid.nz) + " voxels of " + number(grid.voxel_mm) + " mm")},
+           {text("refractive index"), text(number(measured.eta))},
+           {text("faces"),
+            text("lit " + to_string(measured.lit_face) + ", seen " + to_string(measured.seen_face) +
+                 (measured.two_faces() ? " and " + to_string(opposite(measured.seen_face)) : ""))},
+           {text("light"), text(to_string(measured.light))},
+           {text("quantity"), text(to_string(measured.quantity))},
+           {text("patterns"), text(std::to_string(measured.patterns))},
+           {text("channels"), text(channels)}});
 }
 
 Html pattern_gallery(const RunData& run) {

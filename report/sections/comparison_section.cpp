@@ -86,10 +86,11 @@ double residual_scale(const Comparison& comparison) {
 Html pattern_row(const Comparison& comparison, std::size_t pattern, double scale) {
   const SurfaceMeasurements& measured = comparison.measured;
   const double white = brightest(measured, pattern);
-  const std::string& name = comparison.patterns[pattern];
+  const Face face = measured.seen_on(static_cast<int>(pattern));
+  const std::string name =
+      comparison.patterns[pattern] + (face == measured.seen_face ? "" : " on " + to_string(face));
   const auto shown = [&](const std::vector<float>& values, const std::string& what) {
-    return picture(tone_mapped(reduced(from_outside(pattern_image(measured, values, pattern),
-                                                    measured.seen_face),
+    return picture(tone_mapped(reduced(from_outside(pattern_image(measured, values, pattern), face),
                                        stored_pixels),
                                white),
                    shown_width, what + " of " + name);
@@ -104,12 +105,11 @@ Html pattern_row(const Comparison& comparison, std::size_t pattern, double scale
   if (comparison.predicted.empty()) return element("tr", cells);
   cells += element("td", shown(comparison.predicted, "re-rendered"));
   for (std::size_t c = 0; c < std::min<std::size_t>(measured.channels.size(), 3); ++c)
-    cells +=
-        element("td", picture(coloured(reduced(from_outside(residual_image(comparison, c, pattern),
-                                                            measured.seen_face),
-                                               stored_pixels),
-                                       ColourMap::diverging, -scale * white, scale * white),
-                              shown_width, "residual " + measured.channels[c] + " of " + name));
+    cells += element(
+        "td", picture(coloured(reduced(from_outside(residual_image(comparison, c, pattern), face),
+                                       stored_pixels),
+                               ColourMap::diverging, -scale * white, scale * white),
+                      shown_width, "residual " + measured.channels[c] + " of " + name));
   const AppearanceError error = appearance_error(comparison, pattern);
   const double used = static_cast<double>(error.count) /
                       static_cast<double>(measured.channels.size() * measured.seen_shape().cells());
@@ -141,7 +141,11 @@ Html group(const std::string& title, const Comparison& comparison) {
   const std::string whence =
       "Light as seen from the projector, before face " + to_string(measured.lit_face) + ": " +
       axes_of(measured.lit_face) + ". The other pictures as seen by the camera, before face " +
-      to_string(measured.seen_face) + ": " + axes_of(measured.seen_face) + ".";
+      to_string(measured.seen_face) + ": " + axes_of(measured.seen_face) +
+      (measured.two_faces() ? "; those named \"on " + to_string(opposite(measured.seen_face)) +
+                                  "\" before that face: " + axes_of(opposite(measured.seen_face))
+                            : "") +
+      ".";
   Html content =
       note(whence) + element("table", {{"class", "pictures"}},
                              element("thead", element("tr", head)) + element("tbody", rows));

@@ -99,6 +99,26 @@ TEST_F(MeasurementsFile, AMaskOfAnOlderMeasurementDoesNotSurvive) {
   EXPECT_TRUE(read_measurements(folder_).mask.empty());
 }
 
+TEST_F(MeasurementsFile, TwoFacesComeBack) {
+  SurfaceMeasurements m = example();
+  m.seen_faces = {Face::x_plus, Face::x_minus, Face::x_minus};
+  write_measurements(folder_, m);
+  const SurfaceMeasurements back = read_measurements(folder_);
+  EXPECT_EQ(back.seen_face, Face::x_plus);
+  EXPECT_EQ(back.seen_faces, m.seen_faces);
+  EXPECT_EQ(back.seen_on(1), Face::x_minus);
+  const auto sentence = [&](const std::vector<Face>& faces) {
+    m.seen_faces = faces;
+    return sentence_of([&] { validate(m, "here"); });
+  };
+  EXPECT_THAT(sentence({Face::x_plus, Face::x_minus}),
+              HasSubstr("seen_faces lists 2 faces for 3 patterns"));
+  EXPECT_THAT(sentence({Face::x_minus, Face::x_plus, Face::x_plus}),
+              HasSubstr("seen_faces begins with x-, and seen_face is x+"));
+  EXPECT_THAT(sentence({Face::x_plus, Face::x_minus, Face::z_minus}),
+              HasSubstr("seen_faces lists z- beside x+"));
+}
+
 TEST_F(MeasurementsFile, WrongFieldsAreNamed) {
   EXPECT_THAT(after("\"eta\"", "\"etta\""), HasSubstr("etta is an unknown field"));
   EXPECT_THAT(after("\"eta\": [0-9.]+,", ""), HasSubstr("eta is missing"));
