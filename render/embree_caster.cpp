@@ -34,6 +34,7 @@ struct Query {
   Eigen::Vector3d origin, direction;
   double nearest, farthest;
   std::optional<RayHit> best;
+  std::vector<RayHit>* all = nullptr;  ///< takes every hit, where there is one
 };
 static_assert(std::is_standard_layout_v<RTCIntersectContext>);
 
@@ -65,14 +66,17 @@ RayHit refined(const Query& query, const RTCHit& candidate) {
 }
 
 /// Accepts a candidate that double precision puts within the asked range and before the best so
-/// far.
+/// far; or collects it and has Embree go on.
 void filter(const RTCFilterFunctionNArguments* arguments) {
   // The context is the first member of the Query it came from.
   auto* query = reinterpret_cast<Query*>(const_cast<RTCIntersectContext*>(arguments->context));
   const RTCHit candidate = rtcGetHitFromHitN(arguments->hit, arguments->N, 0);
   const RayHit hit = refined(*query, candidate);
-  if (hit.distance > query->nearest && hit.distance < query->farthest &&
-      !(query->best && query->best->distance <= hit.distance)) {
+  const bool within = hit.distance > query->nearest && hit.distance < query->farthest;
+  if (query->all != nullptr) {
+    if (within) query->all->push_back(hit);
+    arguments->valid[0] = 0;
+  } else if (within && !(query->best && query->best->distance <= hit.distance)) {
     query->best = hit;
   } else {
     arguments->valid[0] = 0;
@@ -102,6 +106,14 @@ class EmbreeCaster final : public MovableCaster {
       build(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC, RTC_BUILD_QUALITY_LOW);
     }
     if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw_failure();
+  }
+
+  void all_hits(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double nearest,
+                double farthest, std::vector<RayHit>& hits) const override {
+    hits.clear();
+    traced<false>(origin, direction, nearest, farthest, &hits);
+    std::sort(hits.begin(), hits.end(),
+              [](const RayHit& a, const RayHit& b) { return a.distance < b.distance; });
   }
 
   std::optional<RayHit> first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
@@ -162,10 +174,11 @@ class EmbreeCaster final : public MovableCaster {
     if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw_failure();
   }
 
-  /// The first hit, or any.
+  /// The first hit, or any; none where all are collected.
   template <bool any>
   std::optional<RayHit> traced(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                               double nearest, double farthest) const {
+                               double nearest, double farthest,
+                               std::vector<RayHit>* all = nullptr) const {
     // Where the ray is in the mesh's box, in units of the direction's length.
     double enters = nearest, leaves = farthest;
     for (int axis = 0; axis < 3; ++axis) {
@@ -178,7 +191,7 @@ class EmbreeCaster final : public MovableCaster {
     if (!(enters <= leaves) || !(length > 0.0) || !std::isfinite(length)) return std::nullopt;
     if (!origin.allFinite()) return std::nullopt;  // Embree aborts on them
 
-    Query query{{}, &mesh_, origin, direction, nearest, farthest, std::nullopt};
+    Query query{{}, &mesh_, origin, direction, nearest, farthest, std::nullopt, all};
     rtcInitIntersectContext(&query.context);
     const Eigen::Vector3d along = direction / length;
     const Eigen::Vector3f start =

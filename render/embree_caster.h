@@ -16,6 +16,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "core/mesh/triangle_mesh.h"
 #include "core/ray_caster.h"
@@ -28,6 +29,10 @@ class MovableCaster : public RayCaster {
  public:
   /// As many vertices as before, of the same triangles. No ray may be under way.
   virtual void move(const std::vector<Eigen::Vector3d>& vertices) = 0;
+  /// Into `hits`, in order, all that the ray meets at a distance in (`nearest`, `farthest`), by one
+  /// walk through the mesh. An edge may count once for each of its triangles.
+  virtual void all_hits(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                        double nearest, double farthest, std::vector<RayHit>& hits) const = 0;
 };
 
 /// Keeps a copy of the mesh. Triangles without area are never met. Throws InputError where memory

@@ -192,14 +192,15 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
 
   std::vector<ObjectExitance> exitance;
   Furs furs(world.objects().size());
+  FurTiles tiles;
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const WorldObject& object = world.objects()[i];
     IncidentLight light = incident_light(world, i, sources, environment ? &*environment : nullptr,
                                          options.seed, progress);
     ObjectReport report;
     if (scene.objects[i].fur) {
-      furs[i] = std::make_unique<FurryObject>(object, *scene.objects[i].fur, report.fur.emplace(),
-                                              progress);
+      furs[i] = std::make_unique<FurryObject>(object, *scene.objects[i].fur, tiles,
+                                              report.fur.emplace(), progress);
       furs[i]->warn(sources, scene.camera.position_mm, result.warnings);
       furs[i]->set_light(world, sources, environment ? &*environment : nullptr);
       furs[i]->shade(light);

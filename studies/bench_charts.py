@@ -16,6 +16,7 @@ import sys
 import matplotlib.pyplot as plt
 import numpy
 
+from charts import fur
 from charts.common import flat
 from charts.diffusion import slabs, validity
 from charts.figures import pictures as figure_pictures, samples as figure_samples, stairs, weights
@@ -45,6 +46,8 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
                for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
             "figures-pictures": figure_pictures, "figures-samples": figure_samples, "figures-weights": weights,
             "figures-stairs": stairs,
+            "fur-reference": fur.reference, "fur-transfer": fur.transfer,
+            **{f"fur-{name}": fur.numbers for name in ("coverage", "symmetry", "detail", "speed")},
              "dipole-importance": importance, "dipole-form-factors": form_factors,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}

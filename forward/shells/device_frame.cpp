@@ -20,9 +20,17 @@ constexpr int lanes = 8;        ///< texels or pixels of a work item
 constexpr int most_slants = 8;  ///< volumes of premultiplied texels
 /// Neighbouring slants: opacity errs by half of that, at most by 1 %.
 constexpr double slant_ratio = 1.04;
+/// Rays are two pixels apart where a pixel's step over the skin is below this everywhere [texel].
+constexpr double least_step = 0.3;
 
-int groups_of(int width) {
-  return (width + lanes - 1) / lanes;
+/// Pixels of a row that work items fill.
+int padded(int width) {
+  constexpr int whole = 2 * lanes;
+  return (width + whole - 1) / whole * whole;
+}
+/// Rays along an axis that are two pixels apart, with one beyond the last pixel.
+int halved(int pixels) {
+  return (pixels - 1) / 2 + 2;
 }
 
 device::Buffer uploaded(device::Context& context, const std::vector<float>& values) {
@@ -52,8 +60,11 @@ DeviceFrame::DeviceFrame(device::Context& context, const HairTexture& texture,
   context.zero(texels_, bytes);
   filled_ = context.allocate(static_cast<std::size_t>(texture.width) * texture.width *
                              sizeof(std::uint64_t));
-  seen_ = context.allocate(static_cast<std::size_t>(lanes * groups_of(width)) * height * 4 *
-                           sizeof(std::uint16_t));
+  constexpr std::size_t pixel = 4 * sizeof(std::uint16_t);
+  seen_ = context.allocate(static_cast<std::size_t>(padded(width)) * height * pixel);
+  // `spread` reads one ray beyond the last.
+  rays_ = context.allocate(
+      (static_cast<std::size_t>(padded(halved(width))) * halved(height) + lanes) * pixel);
   upload_hair();
 }
 
@@ -171,7 +182,8 @@ void DeviceFrame::light(const PlaceLight& light, const Vector3d& eye,
   });
 }
 
-void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_deg) {
+void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_deg,
+                       bool every_pixel) {
   const Vector3d forward = (target - eye).normalized();
   const double half = std::tan(0.5 * fov_deg * std::numbers::pi / 180.0);
   const Vector3d right = forward.cross(Vector3d::UnitZ()).normalized() * half * width_ / height_;
@@ -186,16 +198,21 @@ void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_d
     shape.push_back(static_cast<float>(v.z() / high));
   }
   // A row's rays have one z, so that a pixel's step over a shell is along `right`.
-  double least = 1e30, most = 1.0, farthest = 0.0;
+  double least = 1e30, most = 1.0, farthest = 0.0, widest = 0.0;
   for (double u = -1.0; u <= 1.0; u += 0.125) {
     for (double v = -1.0; v <= 1.0; v += 0.125) {
       const Vector3d d = forward + u * right + v * up;
       const double slant = d.z() < -1e-3 ? -d.norm() / d.z() : 1e3;
       least = std::min(least, slant);
       most = std::max(most, slant);
-      if (d.z() < -1e-3) farthest = std::max(farthest, -eye.z() / d.z());
+      if (d.z() >= -1e-3) continue;
+      const double way = -eye.z() / d.z();
+      const Vector3d down = way * (up - up.z() / d.z() * d);
+      farthest = std::max(farthest, way);
+      widest = std::max({widest, 2.0 * way * right.norm() / width_, 2.0 * down.norm() / height_});
     }
   }
+  apart_ = every_pixel || widest > least_step ? 1 : 2;
   const double range = std::log2(most / least);
   const int slants =
       std::clamp(static_cast<int>(std::ceil(range / std::log2(slant_ratio))) + 1, 1, most_slants);
@@ -204,25 +221,32 @@ void DeviceFrame::draw(const Vector3d& eye, const Vector3d& target, double fov_d
   for (int k = 0; k < slants; ++k) {
     slant.push_back(static_cast<float>(least * std::exp2(k * step)));
   }
-  mark_filled((lanes - 1) * 2.0 / width_ * farthest * right.head<2>().array());
+  mark_filled((lanes - 1) * apart_ * 2.0 / width_ * farthest * right.head<2>().array());
   context_.launch(*program_, "pack", device::Range{static_cast<std::size_t>(items_), 1, 64, 1},
                   items_, depth_, place_, lit_, static_cast<float>(1.0 / white_), slants,
                   uploaded(context_, slant), texels_);
   const std::vector<float> slant_of{static_cast<float>(std::log2(least)),
                                     static_cast<float>(1.0 / step), static_cast<float>(slants - 1),
                                     static_cast<float>(high / tile)};
-  const int groups = groups_of(width_);
-  context_.launch(
-      *program_, "blend",
-      device::Range{static_cast<std::size_t>(groups), static_cast<std::size_t>(height_), 4, 4},
-      width_, height_, uploaded(context_, shape), uploaded(context_, slant_of), texels_, filled_,
-      seen_);
+  const int columns = apart_ == 1 ? width_ : halved(width_),
+            rows = apart_ == 1 ? height_ : halved(height_), stride = padded(columns);
+  const auto items = [](int pixels, int each) { return static_cast<std::size_t>(pixels / each); };
+  context_.launch(*program_, "blend",
+                  device::Range{items(stride, lanes), static_cast<std::size_t>(rows), 4, 4}, width_,
+                  height_, apart_, stride, uploaded(context_, shape), uploaded(context_, slant_of),
+                  texels_, filled_, apart_ == 1 ? seen_ : rays_);
+  if (apart_ == 2) {
+    context_.launch(
+        *program_, "spread",
+        device::Range{items(padded(width_), 2 * lanes), static_cast<std::size_t>(height_), 4, 4},
+        height_, stride, rays_, padded(width_), seen_);
+  }
   context_.finish();
 }
 
 Image<float> DeviceFrame::picture() {
   Image<float> picture(width_, height_, 3);
-  const auto row = static_cast<std::size_t>(4 * lanes * groups_of(width_));
+  const auto row = static_cast<std::size_t>(4 * padded(width_));
   look([&](const void* memory) {
     const auto* seen = static_cast<const std::uint16_t*>(memory);
     for (int y = 0; y < height_; ++y) {

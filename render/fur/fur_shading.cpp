@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/mesh/edges.h"
-#include "render/embree_caster.h"
 
 namespace kappamu::render {
 
@@ -15,6 +15,8 @@ namespace {
 
 /// Fins fade in where the cosine of normal and eye falls below this.
 constexpr double silhouette = 0.3;
+/// Hair that lets through no more than this hides what lies behind, as in forward/shells/frame.h.
+constexpr double opaque = 0.01;
 
 const Vector3d& vertex(const TriangleMesh& mesh, int i) {
   return mesh.vertices[static_cast<std::size_t>(i)];
@@ -128,14 +130,17 @@ Shading::Seen FurShading::seen(const Vector3d& origin, const Vector3d& direction
   const auto body = world_.first_hit(origin, direction, 0.0);
   const double farthest = body ? body->distance : std::numeric_limits<double>::infinity();
   SeenHair hair;
-  for (double nearest = 0.0; hair.transmittance > 1e-3;) {
-    const auto hit = shells_->first_hit(origin, direction, nearest, farthest);
-    if (!hit) break;
-    add_hit(*hit, direction, hair);
-    nearest = hit->distance + world_.skin();
+  std::vector<RayHit> hits;
+  shells_->all_hits(origin, direction, 0.0, farthest, hits);
+  double nearest = 0.0;
+  for (const RayHit& hit : hits) {
+    if (hair.transmittance <= opaque) break;
+    if (hit.distance < nearest) continue;  // the edge's other triangle
+    add_hit(hit, direction, hair);
+    nearest = hit.distance + world_.skin();
   }
   Seen behind;
-  if (hair.transmittance > 1e-3) {
+  if (hair.transmittance > opaque) {
     behind = body && furs_[body->object] ? skin_.seen(origin, direction, sample, key)
                                          : Shading::seen(origin, direction, sample, key);
   }

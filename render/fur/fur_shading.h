@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "render/embree_caster.h"
 #include "render/fur/furry_object.h"
 #include "render/picture/shading.h"
 
@@ -45,7 +46,7 @@ class FurShading : public Shading {
   LightSources no_sources_;
   Shading skin_;  ///< under fur: light comes out, none is reflected
   std::vector<Shown> shown_;
-  std::unique_ptr<RayCaster> shells_;
+  std::unique_ptr<MovableCaster> shells_;
 };
 
 /// A Shading, or a FurShading where an object has fur.

@@ -70,6 +70,20 @@ FurTile make_fur_tile(const Fur& fur, Progress& progress) {
   return tile;
 }
 
+bool same_tile(const Fur& a, const Fur& b) {
+  return a.width == b.width && a.density == b.density && a.curl == b.curl && a.lean == b.lean &&
+         a.seed == b.seed && a.bands == b.bands &&
+         std::abs(a.length_mm / a.tile() - b.length_mm / b.tile()) < 1e-9;
+}
+
+std::shared_ptr<const FurTile> FurTiles::of(const Fur& fur, Progress& progress) {
+  for (const auto& [of, tile] : made_) {
+    if (same_tile(of, fur) && of.rays == fur.rays) return tile;
+  }
+  return made_.emplace_back(fur, std::make_shared<const FurTile>(make_fur_tile(fur, progress)))
+      .second;
+}
+
 double FurTile::through_at(double cosine) const {
   const double place = std::clamp(cosine, 0.0, 1.0) * through_steps;
   const auto low = std::min(static_cast<std::size_t>(place), std::size_t{through_steps - 1});
@@ -113,13 +127,10 @@ FurryObject::FurryObject(const WorldObject& object, const Fur& fur,
         return std::make_unique<Placement>(object.mesh, frames_, fur.tile(), fur.seed);
       })) {}
 
-FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
-                         Progress& progress)
-    : FurryObject(
-          object, fur,
-          named(object,
-                [&] { return std::make_shared<const FurTile>(make_fur_tile(fur, progress)); }),
-          named(object, [&] { return coat_of(object.mesh, fur); })) {
+FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurTiles& tiles,
+                         FurReport& report, Progress& progress)
+    : FurryObject(object, fur, named(object, [&] { return tiles.of(fur, progress); }),
+                  named(object, [&] { return coat_of(object.mesh, fur); })) {
   for (const HairCoat& coat : HairOptions{}.coats) {
     report.hairs += static_cast<int>(std::lround(fur.density * coat.hairs));
   }
@@ -226,12 +237,37 @@ double FurryObject::opacity(double density, double cosine) const {
                                   std::max(grazing, cosine));
 }
 
+/// Hair is interpolated first and then lit once, as on a graphics card.
 FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, int layer,
                                      const Vector3d& towards_eye) const {
   Layer made{Array3d::Zero(), 0.0};
   const HairTexture& texture = tile_->texture;
   const auto& corners = object_.mesh.triangles[triangle];
   const std::array<double, 3> share{1.0 - u - v, u, v};
+  const Placement::Places places = placement_->at(triangle, u, v);
+  constexpr int most = most_bands * most_bands;
+  const int size = harmonics_in(tile_->transfer.bands);
+  Eigen::Matrix<float, Eigen::Dynamic, 1, 0, most, 1> transfers;
+  transfers.setZero(size);
+  Vector3d tangent = Vector3d::Zero();
+  double sum = 0.0, depth = 0.0, shade = 0.0;
+  for (int i = 0; i < places.count; ++i) {
+    const auto& [tile, weight] = places.place[static_cast<std::size_t>(i)];
+    const ShellTexels met = on_shell(texture, tile.x() * tile_width, tile.y() * tile_width, layer);
+    if (met.density <= 0.0) continue;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t texel = met.texel[k];
+      const double hair = weight * met.weight[k] * static_cast<double>(texture.density[texel]);
+      if (hair <= 0.0) continue;
+      const Eigen::Map<const Eigen::VectorXf> transfer(
+          tile_->transfer.values.data() + texel * static_cast<std::size_t>(size), size);
+      transfers += static_cast<float>(hair) * transfer;
+      tangent += hair * texture.tangent[texel].cast<double>();
+      depth += hair * static_cast<double>(texture.depth[texel]);
+      shade += hair * static_cast<double>(texture.shade[texel]);
+      sum += hair;
+    }
+  }
   double thinned = 0.0;
   Array3d tint = Array3d::Zero();
   for (std::size_t c = 0; c < 3; ++c) {
@@ -239,42 +275,42 @@ FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, i
     thinned += share[c] * static_cast<double>(coat_.density[vertex]);
     tint += share[c] * coat_.colour[vertex].cast<double>();
   }
-  const Placement::Places places = placement_->at(triangle, u, v);
-  std::array<std::pair<std::size_t, double>, 12> met;  // texels and how much hair of each is seen
-  std::size_t count = 0;
-  for (int i = 0; i < places.count; ++i) {
-    const auto& [tile, weight] = places.place[static_cast<std::size_t>(i)];
-    const ShellTexels texels =
-        on_shell(texture, tile.x() * tile_width, tile.y() * tile_width, layer);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const double hair = thinned * weight * texels.weight[k] * texture.density[texels.texel[k]];
-      if (hair > 0.0) met[count++] = {texels.texel[k], hair};
-      made.density += hair;
-    }
-  }
+  made.density = thinned * sum;
   if (made.density < 1e-4) return made;
-  PlaceLight light;
-  const Irradiance& first = light_[static_cast<std::size_t>(corners[0])];
-  light.coefficients.setZero(first.coefficients.rows(), first.coefficients.cols());
-  light.lamps.assign(first.direction.size(), {Vector3d::Zero(), Array3d::Zero()});
+  tangent = tangent.squaredNorm() > 0.0 ? Vector3d(tangent.normalized()) : Vector3d::UnitZ();
+  const HairColour tinted{colour_.root * tint, colour_.tip * tint, colour_.variation};
+  const Array3d own = tinted.at(depth / sum, shade / sum);
+  const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1> arriving = transfers.cast<double>();
   SkinFrame frame = SkinFrame::Zero();
+  std::array<const Irradiance*, 3> light{};
   for (std::size_t c = 0; c < 3; ++c) {
     const auto vertex = static_cast<std::size_t>(corners[c]);
-    light.coefficients += share[c] * light_[vertex].coefficients;
     frame += share[c] * frames_[vertex];
-    for (std::size_t i = 0; i < light.lamps.size(); ++i) {
-      light.lamps[i].direction += share[c] * light_[vertex].direction[i];
-      light.lamps[i].irradiance += share[c] * light_[vertex].of_lamp[i];
-    }
+    light[c] = &light_[vertex];
   }
-  for (Lamp& lamp : light.lamps) lamp.direction.normalize();
+  const auto at_place = [&](const auto& of) {
+    using Value = decltype(of(*light[0]));
+    return Value(share[0] * of(*light[0]) + share[1] * of(*light[1]) + share[2] * of(*light[2]));
+  };
+  const auto lit = [&](Eigen::Index column) {
+    return at_place([&](const Irradiance& here) {
+             return here.coefficients.col(column).dot(arriving);
+           }) /
+           sum;
+  };
+  made.radiance = own * Array3d(lit(0), lit(1), lit(2)).max(0.0) * (0.25 / std::numbers::pi);
   const Vector3d eye =
       (frame.transpose() * (object_.world_from_object.rotation.transpose() * towards_eye))
           .normalized();
-  const HairColour tinted{colour_.root * tint, colour_.tip * tint, colour_.variation};
-  const LitHair hair{texture, tile_->transfer, tinted, reflectance_};
-  for (std::size_t i = 0; i < count; ++i) {
-    made.radiance += met[i].second / made.density * hair.radiance(met[i].first, light, eye);
+  for (std::size_t i = 0; i < light[0]->direction.size(); ++i) {
+    const double t = std::clamp(lit(3 + static_cast<Eigen::Index>(i)), 0.0, 1.0);
+    const Array3d irradiance =
+        at_place([&](const Irradiance& here) -> Array3d { return here.of_lamp[i]; });
+    if (t <= 0.0 || irradiance.maxCoeff() <= 0.0) continue;
+    const Vector3d towards = at_place([&](const Irradiance& here) -> Vector3d {
+                               return here.direction[i];
+                             }).normalized();
+    made.radiance += t * irradiance * reflectance_.towards(tangent, towards, eye, own);
   }
   return made;
 }

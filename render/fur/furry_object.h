@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "forward/shells/lit_hair.h"
@@ -37,6 +38,17 @@ struct FurTile {
 /// Depends on the fur's widths, density, curl, lean, seed, bands, rays, and its length over its
 /// tile. Throws InputError naming option and bound.
 FurTile make_fur_tile(const Fur& fur, Progress& progress);
+/// Whether both have the same tile but for its rays.
+bool same_tile(const Fur& a, const Fur& b);
+
+/// Tiles made once for all furs that have the same.
+class FurTiles {
+ public:
+  std::shared_ptr<const FurTile> of(const Fur& fur, Progress& progress);
+
+ private:
+  std::vector<std::pair<Fur, std::shared_ptr<const FurTile>>> made_;
+};
 
 class FurryObject {
  public:
@@ -44,7 +56,8 @@ class FurryObject {
   FurryObject& operator=(const FurryObject&) = delete;
 
   /// `fur` of the object, whose `report` it fills. Throws InputError naming the object.
-  FurryObject(const WorldObject& object, const Fur& fur, FurReport& report, Progress& progress);
+  FurryObject(const WorldObject& object, const Fur& fur, FurTiles& tiles, FurReport& report,
+              Progress& progress);
   /// With a tile made before, and a coat. Keeps references to object and fur.
   FurryObject(const WorldObject& object, const Fur& fur, std::shared_ptr<const FurTile> tile,
               Coat coat);

@@ -77,7 +77,7 @@ std::vector<float> fur_geometry(const FurryObject& furry) {
         put(world_from_object.rotation * furry.frames()[v].col(0));
         // Tile coordinates near zero: a card interpolates them in floats. All corners of a triangle
         // lose the same whole number.
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t k = 0; k < Placement::most_places; ++k) {
           const Placement::Place& place = places[c].place[k];
           const Placement::Place& first = places[0].place[k];
           put({place.tile.x() - std::floor(first.tile.x()),

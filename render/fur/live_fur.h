@@ -28,9 +28,9 @@ struct FurVolume {
 FurVolume make_fur_volume(const FurTile& tile);
 
 struct FurCorners {
-  /// Position [mm], outward normal and comb in the world; tile coordinates and weight of three
+  /// Position [mm], outward normal and comb in the world; tile coordinates and weight of four
   /// patches; length [mm], density and colour R, G, B of the coat.
-  static constexpr int geometry_floats = 23;
+  static constexpr int geometry_floats = 26;
   /// Sky: a mode's R, G, B after the other; two lamps: modes, direction in the skin's frame, and
   /// irradiance over the lamp's colour. Further lamps are added to the sky, whose light hair sends
   /// on evenly.

@@ -117,14 +117,14 @@ Placement::Places Placement::at(std::size_t triangle, double u, double v) const 
     normal += share[i] * frames_[vertex].col(2);
   }
   normal.normalize();
-  std::array<std::pair<double, int>, 3> most{};
+  std::array<std::pair<double, int>, most_places> greatest{};
   const auto offer = [&](int k) {
-    if (std::any_of(most.begin(), most.end(),
+    if (std::any_of(greatest.begin(), greatest.end(),
                     [&](const auto& m) { return m.first > 0.0 && m.second == k; })) {
       return;
     }
     std::pair<double, int> one{weight(patches_[static_cast<std::size_t>(k)], point, normal), k};
-    for (auto& held : most) {
+    for (auto& held : greatest) {
       if (one.first > held.first) std::swap(one, held);
     }
   };
@@ -133,9 +133,9 @@ Placement::Places Placement::at(std::size_t triangle, double u, double v) const 
   }
   Places places;
   double sum = 0.0;
-  for (const auto& [w, k] : most) {
+  for (const auto& [w, k] : greatest) {
     // The fourth power narrows the blend; from the weakest on, hairs come in gently.
-    const double sharp = std::pow(w, 4.0);
+    const double sharp = w * w * w * w;
     if (w <= 0.0 || sharp < 0.02 * sum) continue;
     const Patch& patch = patches_[static_cast<std::size_t>(k)];
     const Vector3d local = patch.frame.transpose() * (point - patch.centre);
@@ -168,7 +168,7 @@ std::array<Placement::Places, 3> Placement::at_corners(std::size_t triangle) con
   std::sort(all.begin(), all.end(), std::greater<>());
   std::array<Places, 3> places;
   for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t i = 0; i < std::min<std::size_t>(3, all.size()); ++i) {
+    for (std::size_t i = 0; i < std::min(most_places, all.size()); ++i) {
       const Patch& patch = patches_[static_cast<std::size_t>(all[i].second)];
       const Vector3d local =
           patch.frame.transpose() * (mesh_.vertices[static_cast<std::size_t>(t[c])] - patch.centre);

@@ -34,15 +34,16 @@ class Placement {
     Eigen::Vector2d tile;  ///< in the tile, in units of its width; not wrapped
     double weight = 0.0;   ///< of all, sum 1
   };
-  /// Three at most, those that count most.
+  /// How many patches count at a place: those that count most.
+  static constexpr std::size_t most_places = 4;
   struct Places {
-    std::array<Place, 3> place;
+    std::array<Place, most_places> place;
     int count = 0;
   };
   /// At barycentric weights of a triangle's second and third corner.
   Places at(std::size_t triangle, double u, double v) const;
 
-  /// The three patches that count most on a triangle: at its corners, unblended. Between corners
+  /// The patches that count most on a triangle: at its corners, unblended. Between corners
   /// places are linear; at() blends the fourth powers of the weights.
   std::array<Places, 3> at_corners(std::size_t triangle) const;
 

@@ -212,6 +212,40 @@ TEST(EmbreeCaster, NearestLeavesOutWhatLiesBefore) {
 }
 
 // In units of the direction, and at scales where single precision would overflow or vanish.
+TEST(EmbreeCaster, AllHitsAreThoseOfOneRayAfterTheOther) {
+  // Shells within each other; rays through the insides of triangles.
+  TriangleMesh shells;
+  for (int i = 0; i < 6; ++i) {
+    const TriangleMesh one = ball(10.0 + 0.05 * i, 20, Vector3d(1, 2, 3));
+    const int first = static_cast<int>(shells.vertices.size());
+    shells.vertices.insert(shells.vertices.end(), one.vertices.begin(), one.vertices.end());
+    for (const auto& t : one.triangles) {
+      shells.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+  const auto caster = make_embree_caster(shells);
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::vector<RayHit> all;
+  for (int i = 0; i < 500; ++i) {
+    const Vector3d from(30.0 * normal(random), 30.0 * normal(random), 40.0);
+    const Vector3d towards = Vector3d(1, 2, 3) + 6.0 * Vector3d(normal(random), normal(random), 0);
+    const Vector3d direction = towards - from;
+    const double farthest = i % 3 == 0 ? 1.0 : 10.0;
+    caster->all_hits(from, direction, 0.0, farthest, all);
+    std::size_t met = 0;
+    double nearest = 0.0;
+    while (const auto hit = caster->first_hit(from, direction, nearest, farthest)) {
+      ASSERT_LT(met, all.size());
+      EXPECT_EQ(all[met].triangle, hit->triangle);
+      EXPECT_EQ(all[met].distance, hit->distance);
+      nearest = hit->distance;
+      ++met;
+    }
+    EXPECT_EQ(all.size(), met);
+  }
+}
+
 TEST(EmbreeCaster, IsIndependentOfUnits) {
   for (const double unit : {1e-30, 1.0, 1e30}) {
     TriangleMesh mesh = plates(1.0);

@@ -282,8 +282,9 @@ TEST(Coat, GrowsHairWhereTheMapIsBright) {
   fur.rays = 16;
   fur.density_map = halves("fur_halves.png");
   Progress progress;
+  FurTiles tiles;
   FurReport report;
-  FurryObject furry(object, fur, report, progress);
+  FurryObject furry(object, fur, tiles, report, progress);
   furry.set_light(world, {}, nullptr);
   double left = 0.0, right = 0.0;
   for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
@@ -302,20 +303,22 @@ TEST(LiveFur, IsPlacedAndLitAsTheObject) {
   std::vector<std::string> warnings;
   const World world(scene, warnings);
   Progress progress;
+  FurTiles tiles;
   FurReport report;
-  FurryObject furry(world.objects()[0], *scene.objects[0].fur, report, progress);
+  FurryObject furry(world.objects()[0], *scene.objects[0].fur, tiles, report, progress);
   const LightSources sources = make_light_sources(scene.lights);
   furry.set_light(world, sources, nullptr);
-  // Corners blended as the card does, against Placement::at(). They differ where a corner's three
-  // patches are not its triangle's: at one corner in twelve.
+  // Corners blended as the card does, against Placement::at(). They differ where a corner's four
+  // patches are not its triangle's.
   int corners = 0, alike = 0;
   const std::vector<float> geometry = fur_geometry(furry);
   for (std::size_t t = 0; t < world.objects()[0].mesh.triangles.size(); t += 7) {
     const Placement::Places places = furry.placement().at(t, 0.0, 0.0);
     const float* corner = geometry.data() + 3 * t * FurCorners::geometry_floats;
     double sum = 0.0, found = 0.0;
-    for (int k = 0; k < 3; ++k) sum += std::pow(static_cast<double>(corner[9 + 3 * k + 2]), 4.0);
-    for (int k = 0; k < 3; ++k) {
+    constexpr int most = Placement::most_places;
+    for (int k = 0; k < most; ++k) sum += std::pow(static_cast<double>(corner[9 + 3 * k + 2]), 4.0);
+    for (int k = 0; k < most; ++k) {
       const double share = std::pow(static_cast<double>(corner[9 + 3 * k + 2]), 4.0) / sum;
       for (int i = 0; i < places.count; ++i) {
         const Placement::Place& place = places.place[static_cast<std::size_t>(i)];
@@ -328,7 +331,8 @@ TEST(LiveFur, IsPlacedAndLitAsTheObject) {
     ++corners;
     if (found > 0.9) ++alike;
   }
-  EXPECT_GT(alike, 0.85 * corners) << alike << " of " << corners;
+  RecordProperty("corners unlike", corners - alike);
+  EXPECT_GT(alike, 0.9 * corners) << alike << " of " << corners;
   // Light by modes against light by all coefficients, over the tile and by the hair.
   const FurVolume volume = make_fur_volume(furry.tile());
   EXPECT_LT(volume.lost, 0.05);

@@ -103,7 +103,7 @@ void FurCanvas::upload(const FurModel::Shown& shown, Coat& coat) {
 }
 
 void FurCanvas::draw_shells(const Seen& seen, const Viewport& at, const FurModel::Shown& shown,
-                            const Coat& coat) {
+                            Coat& coat) {
   const render::Fur& fur = shown.fur;
   const double distance = (seen.camera.target_mm - seen.camera.position_mm).norm();
   const double px_per_mm =
@@ -125,8 +125,10 @@ void FurCanvas::draw_shells(const Seen& seen, const Viewport& at, const FurModel
   glUniform1f(place("variation"), static_cast<float>(fur.variation));
   glUniform1f(place("shine"), static_cast<float>(fur.shine));
   glUniform1i(place("reflectance"), reflectance_of(fur.reflectance));
-  const std::vector<float> norms = norms_of(fur);
-  glUniform1fv(place("norm"), static_cast<GLsizei>(norms.size()), norms.data());
+  if (std::exchange(coat.reflectance, fur.reflectance) != fur.reflectance) {
+    coat.norms = norms_of(fur);
+  }
+  glUniform1fv(place("norm"), static_cast<GLsizei>(coat.norms.size()), coat.norms.data());
   glUniform1f(place("depth_of_shell"),
               static_cast<float>(shown.volume.r * shown.volume.layer_height * shown.volume.layers /
                                  detail.count));

@@ -3,6 +3,8 @@
 // object; where two furs or two folds lie before each other, the nearer one may be drawn first.
 #pragma once
 
+#include <array>
+#include <string>
 #include <vector>
 
 #include "app/viewer/drawing/canvas.h"
@@ -26,10 +28,11 @@ class FurCanvas {
     unsigned array = 0, geometry = 0, light = 0;
     std::array<unsigned, 3> volumes{};
     int volume_version = 0, geometry_version = 0, light_version = 0, corners = 0;
+    std::string reflectance;   ///< of the norms below
+    std::vector<float> norms;  ///< of HairReflectance, which take tenths of a second
   };
   void upload(const FurModel::Shown& shown, Coat& coat);
-  void draw_shells(const Seen& seen, const Viewport& at, const FurModel::Shown& shown,
-                   const Coat& coat);
+  void draw_shells(const Seen& seen, const Viewport& at, const FurModel::Shown& shown, Coat& coat);
   void resize(int width, int height);
 
   unsigned shell_ = 0, whole_ = 0;  ///< programs

@@ -18,13 +18,6 @@ namespace {
 /// Rays of the first tile, which takes a sixteenth of the usual time.
 constexpr int first_rays = 64;
 
-/// Whether both have the same tile but for its rays.
-bool same_tile(const render::Fur& a, const render::Fur& b) {
-  return a.width == b.width && a.density == b.density && a.curl == b.curl && a.lean == b.lean &&
-         a.seed == b.seed && a.bands == b.bands &&
-         std::abs(a.length_mm / a.tile() - b.length_mm / b.tile()) < 1e-9;
-}
-
 }  // namespace
 
 struct FurModel::Coat {
@@ -193,7 +186,7 @@ bool FurModel::update() {
       coat.placed = false;
     }
     if (!coat.coming.valid()) {
-      if (!same_tile(coat.asked, shown.fur)) {
+      if (!render::same_tile(coat.asked, shown.fur)) {
         begin_tile(coat, std::min(first_rays, shown.fur.rays));
       } else if (coat.rays < shown.fur.rays) {
         begin_tile(coat, shown.fur.rays);

@@ -4,29 +4,30 @@
 
 namespace kappamu::app::shaders {
 
-/// FurCorners' floats as they lie: geometry in g0 ... g5, light in l0 ... l8.
+/// FurCorners' floats as they lie: geometry in g0 ... g6, light in l0 ... l8.
 inline constexpr const char* fur_vertex = R"(
 layout(location = 0) in vec4 a0;
 layout(location = 1) in vec4 a1;
 layout(location = 2) in vec4 a2;
 layout(location = 3) in vec4 a3;
 layout(location = 4) in vec4 a4;
-layout(location = 5) in vec3 a5;
-layout(location = 6) in vec4 b0;
-layout(location = 7) in vec4 b1;
-layout(location = 8) in vec4 b2;
-layout(location = 9) in vec4 b3;
-layout(location = 10) in vec4 b4;
-layout(location = 11) in vec4 b5;
-layout(location = 12) in vec4 b6;
-layout(location = 13) in vec4 b7;
-layout(location = 14) in float b8;
+layout(location = 5) in vec4 a5;
+layout(location = 6) in vec2 a6;
+layout(location = 7) in vec4 b0;
+layout(location = 8) in vec4 b1;
+layout(location = 9) in vec4 b2;
+layout(location = 10) in vec4 b3;
+layout(location = 11) in vec4 b4;
+layout(location = 12) in vec4 b5;
+layout(location = 13) in vec4 b6;
+layout(location = 14) in vec4 b7;
+layout(location = 15) in float b8;
 uniform mat4 clip_from_world;
 uniform int shells;
 uniform float merged;
 uniform bool outermost_first;
-out vec4 g0, g1, g2, g3, g4, l0, l1, l2, l3, l4, l5, l6, l7;
-out vec3 g5;
+out vec4 g0, g1, g2, g3, g4, g5, l0, l1, l2, l3, l4, l5, l6, l7;
+out vec2 g6;
 out float l8;
 flat out float shell_weight;
 void main() {
@@ -34,18 +35,18 @@ void main() {
   float sense = shell % 2 == 0 ? 1.0 : -1.0;
   float height = (float(shell) + 0.5 + 0.5 * sense * merged) / float(shells);
   shell_weight = 1.0 + sense * merged;
-  vec3 position = a0.xyz + height * a4.z * vec3(a0.w, a1.xy);
-  g0 = vec4(position, a0.w); g1 = a1; g2 = a2; g3 = a3;
-  g4 = vec4(a4.xy, height, a4.w);
-  g5 = a5;
+  vec3 position = a0.xyz + height * a5.y * vec3(a0.w, a1.xy);
+  g0 = vec4(position, a0.w); g1 = a1; g2 = a2; g3 = a3; g4 = a4;
+  g5 = vec4(a5.x, height, a5.zw);
+  g6 = a6;
   l0 = b0; l1 = b1; l2 = b2; l3 = b3; l4 = b4; l5 = b5; l6 = b6; l7 = b7; l8 = b8;
   gl_Position = clip_from_world * vec4(position, 1.0);
 }
 )";
 
 inline constexpr const char* fur_fragment = R"(
-in vec4 g0, g1, g2, g3, g4, l0, l1, l2, l3, l4, l5, l6, l7;
-in vec3 g5;
+in vec4 g0, g1, g2, g3, g4, g5, l0, l1, l2, l3, l4, l5, l6, l7;
+in vec2 g6;
 in float l8;
 flat in float shell_weight;
 uniform vec3 eye, root_colour, tip_colour;
@@ -89,18 +90,18 @@ vec3 reflected(vec3 t, vec3 light, vec3 view, vec3 own) {
   return (1.0 - shine) * sqrt(1.0 - l * l) / (pi * pi) * own + shine * lobes(l, v, azimuth, own) / n;
 }
 void main() {
-  // Tile coordinates and weights of three patches.
-  vec3 patches[3] = vec3[3](vec3(g2.yzw), vec3(g3.xyz), vec3(g3.w, g4.xy));
-  float most = 0.0, all = 0.0, w[3];
-  for (int k = 0; k < 3; ++k) {
+  // Tile coordinates and weights of four patches.
+  vec3 patches[4] = vec3[4](g2.yzw, g3.xyz, vec3(g3.w, g4.xy), vec3(g4.zw, g5.x));
+  float most = 0.0, all = 0.0, w[4];
+  for (int k = 0; k < 4; ++k) {
     float sharp = patches[k].z * patches[k].z;
     w[k] = sharp * sharp;
     most = max(most, w[k]);
   }
   vec4 of_hair = vec4(0.0), of_tangent = vec4(0.0), of_modes = vec4(0.0);
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 4; ++k) {
     if (w[k] <= 0.0 || w[k] < 0.02 * most) continue;
-    vec3 at = vec3(patches[k].xy, g4.z);
+    vec3 at = vec3(patches[k].xy, g5.y);
     vec4 here = textureLod(hair, at, level);
     all += w[k];
     if (here.x <= 0.0) continue;
@@ -108,10 +109,10 @@ void main() {
     of_tangent += w[k] * textureLod(tangents, at, level);
     of_modes += w[k] * textureLod(modes, at, level);
   }
-  float density = of_hair.x / max(all, 1e-20) * g4.w;
+  float density = of_hair.x / max(all, 1e-20) * g5.z;
   if (density < 1e-4) discard;
   float per = 1.0 / of_hair.x;
-  vec3 own = mix(root_colour, tip_colour, of_hair.y * per) * g5;
+  vec3 own = mix(root_colour, tip_colour, of_hair.y * per) * vec3(g5.w, g6);
   own = min(own * (1.0 + variation * (2.0 * of_hair.z * per - 1.0)), 1.0);
   float m0 = of_hair.w * per, m1 = of_tangent.w * per, m2 = of_modes.x * per,
         m3 = of_modes.y * per, m4 = of_modes.z * per;

@@ -7,6 +7,7 @@
 //         s = 1 / cosine; one texel per work item.
 // blend:  eight pixels of a row per work item, two per vector:
 //           sum += (1 - sum.alpha) texel, until all eight are opaque.
+// spread: pixels between rays that are two pixels apart, as the mean of their neighbours.
 //
 // Numbers of `blend` are 16-bit shares of 1: of the tile's width (places, 32 bits, which wrap by
 // themselves), of `white` (colours) and of 1 (opacity, weights). A product loses 2^-16 at most.
@@ -164,15 +165,16 @@ ushort16 two(__global const ushort* first, __global const ushort* second, ushort
 // shape[0..11]: eye x, y, height of the top shell below the eye in layers; forward, right, up in
 // x, y [tiles] and z [layers]. first_slant, per_slant: k = (log2 s - first) per.
 // filled [WIDTH][WIDTH]: layers with hair that a group whose first pixel is in that texel meets.
-__kernel void blend(int columns, int rows, __global const float* shape,
+// Rays go through every `apart`-th pixel of every such row; `stride`: of seen, in pixels.
+__kernel void blend(int columns, int rows, int apart, int stride, __global const float* shape,
                     __global const float* slant_of, __global const ushort* texels,
                     __global const ulong* filled, __global ushort* seen) {
   const int group = get_global_id(0), row = get_global_id(1);
   const int first = 8 * group;
-  if (first >= columns || row >= rows) return;
-  const float8 along =
-      (2.0f * ((float)first + (float8)(0, 1, 2, 3, 4, 5, 6, 7)) + 1.0f) / columns - 1.0f;
-  const float down = 1.0f - (2.0f * row + 1.0f) / rows;
+  if (first >= stride || row > (rows - 1) / apart + apart - 1) return;
+  const float8 column = (float)first + (float8)(0, 1, 2, 3, 4, 5, 6, 7);
+  const float8 along = (2.0f * apart * column + 1.0f) / columns - 1.0f;
+  const float down = 1.0f - (2.0f * apart * row + 1.0f) / rows;
   const float8 dx = shape[3] + along * shape[6] + down * shape[9],
                dy = shape[4] + along * shape[7] + down * shape[10],
                dz = shape[5] + along * shape[8] + down * shape[11];
@@ -220,7 +222,25 @@ __kernel void blend(int columns, int rows, __global const float* shape,
   }
   const ushort16 first_half = (ushort16)(sum.s0123, sum.s89ab, sum.s4567, sum.scdef),
                  second_half = (ushort16)(other.s0123, other.s89ab, other.s4567, other.scdef);
-  __global ushort* to = seen + 4 * ((size_t)row * (8 * ((columns + 7) / 8)) + first);
+  __global ushort* to = seen + 4 * ((size_t)row * stride + first);
   vstore16(first_half, 0, to);
   vstore16(second_half, 1, to);
+}
+
+// rays [row / 2][from_stride]: every second pixel of every second row, one more than the frame has
+// at the right and below. Sixteen pixels of a row per work item.
+__kernel void spread(int rows, int from_stride, __global const ushort* rays, int stride,
+                     __global ushort* seen) {
+  const int first = 16 * get_global_id(0), row = get_global_id(1);
+  if (first >= stride || row >= rows) return;
+  __global const ushort* upper = rays + 4 * ((size_t)(row / 2) * from_stride + first / 2);
+  __global const ushort* lower = upper + 4 * (row % 2) * from_stride;
+  __global ushort* to = seen + 4 * ((size_t)row * stride + first);
+  for (int i = 0; i < 2; ++i, upper += 16, lower += 16, to += 32) {
+    const ushort16 at = rhadd(vload16(0, upper), vload16(0, lower)),
+                   next = rhadd(vload16(0, upper + 4), vload16(0, lower + 4)),
+                   between = rhadd(at, next);
+    vstore16((ushort16)(at.s0123, between.s0123, at.s4567, between.s4567), 0, to);
+    vstore16((ushort16)(at.s89ab, between.s89ab, at.scdef, between.scdef), 1, to);
+  }
 }

@@ -41,7 +41,7 @@ void expect_reference(int width, int layers, HairModel model) {
       device::Context::of(device::choose(device::list_devices(), "auto").index);
   DeviceFrame frame(context, texture, transfer, colour, columns, rows);
   frame.light(light, towards, reflectance);
-  frame.draw(eye, target, 8.0);
+  frame.draw(eye, target, 8.0, true);
   const Image<float> picture = frame.picture();
   const LitHair hair{texture, transfer, colour, reflectance};
   const Vector3d forward = -towards, right = forward.cross(Vector3d::UnitZ()).normalized();
@@ -72,6 +72,44 @@ TEST(DeviceFrame, IsEquivalentToReference) {
   expect_reference(16, 8, HairModel::kajiya_kay);
   expect_reference(13, 9, HairModel::kajiya_kay);  // places are no power of two
   expect_reference(16, 8, HairModel::marschner);   // lit by the host
+}
+
+TEST(DeviceFrame, InterpolatesWhereTexelsAreWide) {
+  HairOptions options;
+  options.width = 16;
+  options.layers = 8;
+  options.coats = {{256, 0.1, 0.3, 0.3, 1.0, 0.3}};
+  const HairTexture texture = make_hair_texture(options);
+  Progress progress;
+  const Transfer transfer = make_transfer(texture, {3, 64, 0.0}, progress);
+  const PlaceLight light = light_of(3, {{Vector3d(0.3, 0.2, 0.9).normalized(), {3.0, 2.0, 1.0}}});
+  const Vector3d eye(5.0, -8.0, 32.0), target(8.0, 8.0, 0.0);
+  device::Context& context =
+      device::Context::of(device::choose(device::list_devices(), "auto").index);
+  constexpr int columns = 37, rows = 41;
+  DeviceFrame frame(context, texture, transfer, HairColour{}, columns, rows);
+  frame.light(light, (eye - target).normalized(), HairReflectance(HairModel::kajiya_kay));
+  frame.draw(eye, target, 8.0, true);
+  EXPECT_EQ(frame.rays_apart(), 1);
+  const Image<float> every = frame.picture();
+  frame.draw(eye, target, 8.0);
+  EXPECT_EQ(frame.rays_apart(), 2);
+  const Image<float> between = frame.picture();
+  double difference = 0.0, sum = 0.0;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const double here = every(x, y, 0), off = std::abs(between(x, y, 0) - here);
+      if (x % 2 == 0 && y % 2 == 0) {
+        EXPECT_LE(off, of_light * here + of_white * frame.white()) << x << ", " << y;
+      }
+      difference += off;
+      sum += here;
+    }
+  }
+  EXPECT_LT(difference, 0.02 * sum);
+  EXPECT_GT(difference, 0.0);
+  frame.draw(eye, target, 35.0);  // texels of two pixels
+  EXPECT_EQ(frame.rays_apart(), 1);
 }
 
 }  // namespace
