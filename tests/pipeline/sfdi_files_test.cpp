@@ -148,7 +148,8 @@ TEST_F(SfdiFiles, StacksAreReadOnce) {
     for (int page = 0; page < pages; ++page)
       EXPECT_EQ(reader.read(folder_, names[static_cast<std::size_t>(page)])(1, 1), page) << name;
     const auto read = static_cast<double>(bytes_read() - before);
-    EXPECT_LT(read, 2.0 * static_cast<double>(std::filesystem::file_size(folder_ / name))) << name;
+    // Headers and buffers come with each page; whole files would be `pages` times the size.
+    EXPECT_LT(read, 5.0 * static_cast<double>(std::filesystem::file_size(folder_ / name))) << name;
   }
 }
 
