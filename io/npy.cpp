@@ -5,7 +5,9 @@
 #include <cctype>
 #include <charconv>
 #include <fstream>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <ostream>
 #include <string_view>
 #include <system_error>
@@ -160,7 +162,6 @@ void write_array(const fs::path& file, const char* type, const std::vector<std::
   });
 }
 
-/// Leaves the stream at the numbers.
 NpyLayout read_layout(std::istream& in, const fs::path& file) {
   constexpr std::size_t longest_header = std::size_t{1} << 16;
   const auto truncated = [&] { fail(file, "truncated NumPy file; write or copy it again"); };
@@ -211,6 +212,20 @@ NpyLayout read_layout(std::istream& in, const fs::path& file) {
   return {header.shape, header.type, begin + length};
 }
 
+std::size_t count_of(const std::vector<std::size_t>& shape) {
+  return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+}
+
+std::vector<float> read_from(std::istream& in, const fs::path& file, const NpyLayout& layout,
+                             std::size_t first, std::size_t count) {
+  const auto* type = std::find_if(std::begin(element_types), std::end(element_types),
+                                  [&](const ElementType& t) { return layout.type == t.name; });
+  std::vector<float> values(count);
+  in.seekg(static_cast<std::streamoff>(layout.begin + first * type->size));
+  if (!type->read(in, values)) fail(file, "truncated NumPy file; write or copy it again");
+  return values;
+}
+
 }  // namespace
 
 NpyLayout read_npy_layout(const fs::path& file) {
@@ -222,15 +237,14 @@ NpyArray read_npy(const fs::path& file, const ShapeCheck& expected) {
   std::ifstream in = open_file(file);
   const NpyLayout layout = read_layout(in, file);
   if (expected) expected(layout.shape);
-  const auto* type = std::find_if(std::begin(element_types), std::end(element_types),
-                                  [&](const ElementType& t) { return layout.type == t.name; });
-  std::size_t count = 1;
-  for (const std::size_t extent : layout.shape) count *= extent;
-  NpyArray array{layout.shape, std::vector<float>(count)};
-  if (!type->read(in, array.values)) {
-    fail(file, "truncated NumPy file; write or copy it again");
-  }
-  return array;
+  return {layout.shape, read_from(in, file, layout, 0, count_of(layout.shape))};
+}
+
+std::vector<float> read_npy_part(const fs::path& file, std::size_t first, std::size_t count) {
+  std::ifstream in = open_file(file);
+  const NpyLayout layout = read_layout(in, file);
+  check(first + count <= count_of(layout.shape), "the part lies in the array of " + file.string());
+  return read_from(in, file, layout, first, count);
 }
 
 NpyArray read_npy(const fs::path& file, const std::vector<std::size_t>& shape) {

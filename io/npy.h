@@ -36,7 +36,11 @@ std::string npy_header(const std::string& type, const std::vector<std::size_t>& 
 using ShapeCheck = std::function<void(const std::vector<std::size_t>& shape)>;
 NpyArray read_npy(const std::filesystem::path& file, const ShapeCheck& expected = {});
 
-/// The same, and throws InputError naming both shapes unless the array has `shape`.
+/// The `count` numbers from `first` on alone, which must lie in the array.
+std::vector<float> read_npy_part(const std::filesystem::path& file, std::size_t first,
+                                 std::size_t count);
+
+/// As read_npy(), and throws InputError naming both shapes unless the array has `shape`.
 NpyArray read_npy(const std::filesystem::path& file, const std::vector<std::size_t>& shape);
 
 /// Write float32 / float64 / uint8; `values` holds as many numbers as `shape` says.

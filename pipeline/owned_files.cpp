@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/parallel.h"
 #include "io/atomic_file.h"
 #include "io/json_whole.h"
 #include "pipeline/records/fingerprint.h"
@@ -53,11 +54,20 @@ bool lists(const std::vector<OwnedFile>& files, const std::string& path) {
 
 }  // namespace
 
-OwnedFile describe_file(const fs::path& root, const std::string& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = fs::file_size(root / path, error);
-  if (error) return {path, 0, ""};
-  return {path, bytes, content_fingerprint(root / path)};
+std::vector<OwnedFile> describe_files(const fs::path& root, const std::vector<std::string>& paths) {
+  std::vector<OwnedFile> files(paths.size());
+  for_rows(static_cast<int>(paths.size()), [&](int k) {
+    const std::string& path = paths[static_cast<std::size_t>(k)];
+    OwnedFile& file = files[static_cast<std::size_t>(k)];
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(root / path, error);
+    if (error) {
+      file.path = path;
+    } else {
+      file = {path, bytes, content_fingerprint(root / path)};
+    }
+  });
+  return files;
 }
 
 FileState state_of(const fs::path& root, const OwnedFile& file) {
@@ -182,7 +192,7 @@ void StagedFiles::discard() {
 }
 
 void StagedFiles::commit() {
-  std::vector<OwnedFile> next;
+  std::vector<std::string> next;
   for (const auto& entry : fs::recursive_directory_iterator(partial())) {
     const fs::path relative = entry.path().lexically_relative(partial());
     const fs::path target = root_ / relative;
@@ -191,11 +201,10 @@ void StagedFiles::commit() {
       continue;
     }
     if (is_there(target)) require_own(target);
-    next.push_back(describe_file(partial(), relative.generic_string()));
+    next.push_back(relative.generic_string());
   }
-  std::sort(next.begin(), next.end(),
-            [](const OwnedFile& a, const OwnedFile& b) { return a.path < b.path; });
-  claim_.next = std::move(next);
+  std::sort(next.begin(), next.end());
+  claim_.next = describe_files(partial(), next);
   claim_.status = StageStatus::moving;
   save_();
   move();

@@ -23,8 +23,9 @@ struct OwnedFile {
   std::string hash;  ///< content_fingerprint(); of an input that is missing, empty
 };
 
-/// root/path as it is now.
-OwnedFile describe_file(const std::filesystem::path& root, const std::string& path);
+/// Each root/path as it is now, several read at a time.
+std::vector<OwnedFile> describe_files(const std::filesystem::path& root,
+                                      const std::vector<std::string>& paths);
 
 enum class FileState { whole, changed, missing };
 /// Compares the contents with what `file` says of them. Throws InputError when it is there and

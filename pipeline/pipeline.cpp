@@ -28,13 +28,12 @@ struct Pipeline::Input {
 
 namespace {
 
-std::vector<OwnedFile> describe_files(const fs::path& folder,
-                                      const std::vector<std::string>& names) {
-  std::vector<OwnedFile> files;
+std::vector<std::string> each_once(const std::vector<std::string>& names) {
+  std::vector<std::string> all;
   std::set<std::string> seen;
   for (const std::string& name : names)
-    if (seen.insert(name).second) files.push_back(describe_file(folder, name));
-  return files;
+    if (seen.insert(name).second) all.push_back(name);
+  return all;
 }
 
 /// Of this program and of all contents of the input.
@@ -57,7 +56,7 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, const fs::path& run
     require_apart(run, {folder});  // before the frames are read for their hashes
     std::vector<std::string> names = capture::named_files(*input.session);
     names.insert(names.begin(), "session.json");
-    input.files = describe_files(folder, names);
+    input.files = describe_files(folder, each_once(names));
     return input;
   }
   if (fs::exists(folder / "measurements.json")) {

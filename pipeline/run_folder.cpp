@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/processor_time.h"
 #include "pipeline/records/versions.h"
 
@@ -101,16 +102,21 @@ void RunFolder::set_options(std::map<std::string, std::string> options) {
 
 const std::string& RunFolder::damage(const std::string& stage) const {
   const auto [found, is_new] = damage_.try_emplace(stage);
-  if (is_new) {
-    for (const OwnedFile& file : record_.stages.at(stage).files) {
-      const FileState state = state_of(folder_, file);
-      if (state == FileState::whole) continue;
-      found->second = (folder_ / file.path).string() +
-                      (state == FileState::missing ? " is missing" : " was changed");
-      break;
-    }
-  }
+  if (is_new) found->second = damage_among(record_.stages.at(stage).files);
   return found->second;
+}
+
+std::string RunFolder::damage_among(const std::vector<OwnedFile>& files) const {
+  std::vector<FileState> states(files.size());
+  for_rows(static_cast<int>(files.size()), [&](int k) {
+    states[static_cast<std::size_t>(k)] = state_of(folder_, files[static_cast<std::size_t>(k)]);
+  });
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    if (states[k] == FileState::whole) continue;
+    return (folder_ / files[k].path).string() +
+           (states[k] == FileState::missing ? " is missing" : " was changed");
+  }
+  return "";
 }
 
 std::optional<std::string> RunFolder::done_key(const std::string& stage) const {
@@ -126,6 +132,27 @@ void RunFolder::require_whole(const std::string& stage) const {
   if (found == record_.stages.end() || found->second.status != StageStatus::done) return;
   if (damage(stage).empty()) return;
   throw InputError(damage(stage) + " after kappamu " + stage + " wrote it; do that stage again");
+}
+
+void RunFolder::require_whole_but(const std::string& folder, const std::string& stage) const {
+  const auto found = record_.stages.find(stage);
+  if (found == record_.stages.end() || found->second.status != StageStatus::done) return;
+  std::vector<OwnedFile> others;
+  std::string damage;
+  for (const OwnedFile& file : found->second.files) {
+    if (!file.path.starts_with(folder + "/")) {
+      others.push_back(file);
+      continue;
+    }
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(folder_ / file.path, error);
+    if (error) damage = (folder_ / file.path).string() + " is missing";
+    if (!error && bytes != file.bytes) damage = (folder_ / file.path).string() + " was changed";
+    if (!damage.empty()) break;
+  }
+  if (damage.empty()) damage = damage_among(others);
+  if (damage.empty()) return;
+  throw InputError(damage + " after kappamu " + stage + " wrote it; do that stage again");
 }
 
 bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {

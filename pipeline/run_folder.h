@@ -57,6 +57,9 @@ class RunFolder {
   std::optional<std::string> done_key(const std::string& stage) const;
   /// Throws InputError naming the first file of a complete stage that is missing or changed.
   void require_whole(const std::string& stage) const;
+  /// The same, of the files in `folder` by their sizes alone: pictures of many gigabytes of which
+  /// little is looked at.
+  void require_whole_but(const std::string& folder, const std::string& stage) const;
 
   /// Throws InputError when a file that is not the run's lies where the stage writes.
   void require_room(const Stage& stage);
@@ -75,6 +78,7 @@ class RunFolder {
   void recover();
   /// The first file of a complete stage that is missing or changed; empty if all are whole.
   const std::string& damage(const std::string& stage) const;
+  std::string damage_among(const std::vector<OwnedFile>& files) const;
 
   std::filesystem::path folder_;
   FolderLock lock_;

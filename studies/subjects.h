@@ -14,6 +14,7 @@ Subject hdr_subject();
 Subject inverse_subject();
 Subject limits_subject();
 Subject objects_subject();
+Subject photographs_subject();
 Subject polygrid_subject();
 Subject rig_subject();
 Subject sfdi_subject();

@@ -19,7 +19,8 @@ fs::path write(const fs::path& run) {
   fs::path file = pipeline::canonical_path(run) / "report.html";
   if (fs::exists(run / "run.json")) {
     pipeline::RunFolder folder(run);
-    for (const char* read : {"calibrate", "merge", "fit"}) folder.require_whole(read);
+    for (const char* read : {"calibrate", "fit"}) folder.require_whole(read);
+    folder.require_whole_but("hdr", "merge");
     const auto earlier = folder.record().stages.find("report");
     const std::string key =
         earlier == folder.record().stages.end() ? "by hand" : earlier->second.key;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -15,12 +16,15 @@ namespace {
 using Terms = Eigen::Matrix<double, FlatField::terms, 1>;
 
 Terms monomials(double x, double y) {
+  std::array<double, FlatField::degree + 1> of_x{1.0}, of_y{1.0};
+  for (std::size_t n = 1; n < of_x.size(); ++n) {
+    of_x[n] = of_x[n - 1] * x;
+    of_y[n] = of_y[n - 1] * y;
+  }
   Terms terms;
   int k = 0;
-  for (int order = 0; order <= FlatField::degree; ++order) {
-    for (int j = 0; j <= order; ++j) {
-      terms[k++] = std::pow(x, order - j) * std::pow(y, j);
-    }
+  for (std::size_t order = 0; order < of_x.size(); ++order) {
+    for (std::size_t j = 0; j <= order; ++j) terms[k++] = of_x[order - j] * of_y[j];
   }
   return terms;
 }
@@ -33,6 +37,7 @@ struct FacePixel {
   double y = 0.0;
 };
 
+/// Of a face that has many, those of an even lattice: more add nothing to smooth light.
 std::vector<FacePixel> pixels_of_face(const Lens& camera, const Rigid& camera_from_sample,
                                       const GridShape& grid, Face face) {
   const auto corners = face_corners(grid, face);
@@ -44,8 +49,13 @@ std::vector<FacePixel> pixels_of_face(const Lens& camera, const Rigid& camera_fr
   const Eigen::Vector3d middle = 0.5 * (corners[0] + corners[2]);
   const Eigen::Vector3d half_u = 0.5 * (corners[1] - corners[0]);
   const Eigen::Vector3d half_v = 0.5 * (corners[3] - corners[0]);
+  constexpr double most_pixels = 2e6;
+  const std::vector<std::array<int, 2>> inside =
+      pixels_inside(outline, camera.width, camera.height);
+  const int step = static_cast<int>(std::ceil(std::sqrt(inside.size() / most_pixels)));
   std::vector<FacePixel> pixels;
-  for (const auto& [px, py] : pixels_inside(outline, camera.width, camera.height)) {
+  for (const auto& [px, py] : inside) {
+    if (px % step != 0 || py % step != 0) continue;
     const Eigen::Vector3d ray = sample_from_camera.rotation * camera.unproject({px, py});
     const Eigen::Vector3d point = eye + ray * ((middle - eye).dot(normal) / ray.dot(normal));
     const double x = (point - middle).dot(half_u) / half_u.squaredNorm();

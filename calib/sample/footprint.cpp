@@ -1,10 +1,12 @@
 #include "calib/sample/footprint.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <utility>
 
 #include "calib/sample/face.h"
+#include "core/parallel.h"
 
 namespace kappamu::calib {
 namespace {
@@ -25,23 +27,33 @@ class SeenFace {
 
   double cos_outside(double u, double v) const { return -point(u, v).normalized().dot(normal_); }
 
-  /// Part of a pixel that shows the face, by 8 x 8 rays.
-  double coverage(int x, int y) const {
+  /// Part of a pixel that shows the face, by 8 x 8 rays; 1 where its middle shows a point that lies
+  /// `rim` voxels and more inside.
+  double coverage(int x, int y, double rim) const {
+    const auto [u_middle, v_middle] = seen_at({x, y});
+    if (u_middle >= rim && v_middle >= rim && u_middle <= shape_.nu - rim &&
+        v_middle <= shape_.nv - rim) {
+      return 1.0;
+    }
     constexpr int rays = 8;
     int hits = 0;
     for (int n = 0; n < rays * rays; ++n) {
       const int row = n / rays;
       const Eigen::Vector2d at(x + (n % rays + 0.5) / rays - 0.5, y + (row + 0.5) / rays - 0.5);
-      const Eigen::Vector3d ray = camera_.unproject(at);
-      const Eigen::Vector3d hit = ray * (origin_.dot(normal_) / ray.dot(normal_)) - origin_;
-      const double u = hit.dot(u_step_) / u_step_.squaredNorm();
-      const double v = hit.dot(v_step_) / v_step_.squaredNorm();
+      const auto [u, v] = seen_at(at);
       if (u >= 0.0 && v >= 0.0 && u <= shape_.nu && v <= shape_.nv) ++hits;
     }
     return static_cast<double>(hits) / (rays * rays);
   }
 
  private:
+  /// The point of the face's plane, in voxels.
+  std::array<double, 2> seen_at(const Eigen::Vector2d& pixel) const {
+    const Eigen::Vector3d ray = camera_.unproject(pixel);
+    const Eigen::Vector3d hit = ray * (origin_.dot(normal_) / ray.dot(normal_)) - origin_;
+    return {hit.dot(u_step_) / u_step_.squaredNorm(), hit.dot(v_step_) / v_step_.squaredNorm()};
+  }
+
   Lens camera_;
   FaceShape shape_;
   Eigen::Vector3d origin_;
@@ -49,6 +61,60 @@ class SeenFace {
   Eigen::Vector3d v_step_;
   Eigen::Vector3d normal_;
 };
+
+/// Weights of the pixels of one voxel, in the order of their numbers.
+class VoxelWeights {
+ public:
+  /// The points' places in the picture, all of them inside by a pixel.
+  void add(const std::vector<Eigen::Vector2d>& points, float point_weight) {
+    Eigen::Vector2d low = points.front(), high = points.front();
+    for (const Eigen::Vector2d& at : points) {
+      low = low.cwiseMin(at);
+      high = high.cwiseMax(at);
+    }
+    left_ = static_cast<int>(low.x());
+    top_ = static_cast<int>(low.y());
+    width_ = static_cast<int>(high.x()) + 2 - left_;
+    weights_.assign(static_cast<std::size_t>(width_) *
+                        static_cast<std::size_t>(static_cast<int>(high.y()) + 2 - top_),
+                    0.0F);
+    for (const Eigen::Vector2d& at : points) {
+      const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y());
+      const auto fx = static_cast<float>(at.x() - x), fy = static_cast<float>(at.y() - y);
+      float* first = &weights_[static_cast<std::size_t>(y - top_) * width_ + (x - left_)];
+      first[0] += point_weight * (1.0F - fx) * (1.0F - fy);
+      first[1] += point_weight * fx * (1.0F - fy);
+      first[width_] += point_weight * (1.0F - fx) * fy;
+      first[width_ + 1] += point_weight * fx * fy;
+    }
+  }
+  /// act(x, y, weight)
+  template <class Act>
+  void for_each(const Act& act) const {
+    for (std::size_t k = 0; k < weights_.size(); ++k) {
+      if (weights_[k] <= 0.0F) continue;
+      act(left_ + static_cast<int>(k) % width_, top_ + static_cast<int>(k) / width_, weights_[k]);
+    }
+  }
+
+ private:
+  std::vector<float> weights_;
+  int left_ = 0, top_ = 0, width_ = 0;
+};
+
+/// Puts the voxels of `row`, one line of a face, behind those of `result`.
+void append(const Footprints& row, Footprints& result) {
+  const std::size_t before = result.pixel.size();
+  for (std::size_t k = 1; k < row.begin.size(); ++k) result.begin.push_back(before + row.begin[k]);
+  const auto add = [](const auto& from, auto& to) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  add(row.pixel, result.pixel);
+  add(row.weight, result.weight);
+  add(row.inverse_coverage, result.inverse_coverage);
+  add(row.cos_outside, result.cos_outside);
+  add(row.visible, result.visible);
+}
 
 }  // namespace
 
@@ -68,61 +134,48 @@ Footprints make_footprints(const Lens& camera, const Rigid& camera_from_sample,
   const int points = std::max(
       fewest_points, static_cast<int>(std::ceil(1.2 * points_per_pixel * result.pixels_per_voxel)));
   const float point_weight = 1.0F / static_cast<float>(points * points);
-
-  std::map<std::uint32_t, double> coverages;  // of pixels near the outline, found once
-  std::map<std::uint32_t, float> weights;     // of one voxel, in order
+  const double rim = 1.5 / result.pixels_per_voxel;  // pixels here may look beyond the edge
   result.begin.push_back(0);
-  for (int v = 0; v < shape.nv; ++v) {
+  std::vector<Footprints> rows(static_cast<std::size_t>(shape.nv));
+  for_rows(shape.nv, [&](int v) {
+    Footprints& row = rows[static_cast<std::size_t>(v)];
+    row.begin.push_back(0);
+    std::vector<Eigen::Vector2d> places;
+    VoxelWeights weights;
     for (int u = 0; u < shape.nu; ++u) {
-      weights.clear();
       const double cosine = seen.cos_outside(u + 0.5, v + 0.5);
       bool visible = cosine > 0.0;
+      places.clear();
       for (int n = 0; n < points * points && visible; ++n) {
-        const int row = n / points;
         const Eigen::Vector2d at =
-            seen.pixel(u + (n % points + 0.5) / points, v + (row + 0.5) / points);
-        const int x = static_cast<int>(std::floor(at.x()));
-        const int y = static_cast<int>(std::floor(at.y()));
-        if (x < 0 || y < 0 || x + 1 >= camera.width || y + 1 >= camera.height) {
-          visible = false;
-          break;
-        }
-        const auto fx = static_cast<float>(at.x() - x);
-        const auto fy = static_cast<float>(at.y() - y);
-        const auto first = static_cast<std::uint32_t>(y) * camera.width + x;
-        weights[first] += point_weight * (1.0F - fx) * (1.0F - fy);
-        weights[first + 1] += point_weight * fx * (1.0F - fy);
-        weights[first + camera.width] += point_weight * (1.0F - fx) * fy;
-        weights[first + camera.width + 1] += point_weight * fx * fy;
+            seen.pixel(u + (n % points + 0.5) / points, v + (n / points + 0.5) / points);
+        visible = at.x() >= 0.0 && at.y() >= 0.0 && at.x() < camera.width - 1 &&
+                  at.y() < camera.height - 1;
+        places.push_back(at);
       }
       double covered = 1.0;
-      const double rim = 1.5 / result.pixels_per_voxel;  // pixels here may look beyond the edge
+      if (visible) weights.add(places, point_weight);
       if (visible && (u < rim || v < rim || u + 1.0 > shape.nu - rim || v + 1.0 > shape.nv - rim)) {
         covered = 0.0;
-        for (const auto& [pixel, weight] : weights) {
-          const auto known = coverages.find(pixel);
-          const double coverage =
-              known != coverages.end()
-                  ? known->second
-                  : (coverages[pixel] = seen.coverage(static_cast<int>(pixel) % camera.width,
-                                                      static_cast<int>(pixel) / camera.width));
-          covered += weight * coverage;
-        }
+        weights.for_each([&](int x, int y, float weight) {
+          covered += weight * seen.coverage(x, y, 2.0 * rim);
+        });
       }
       constexpr double least_covered = 0.25;
       visible = visible && covered > least_covered;
       if (visible) {
-        for (const auto& [pixel, weight] : weights) {
-          result.pixel.push_back(pixel);
-          result.weight.push_back(weight);
-        }
+        weights.for_each([&](int x, int y, float weight) {
+          row.pixel.push_back(static_cast<std::uint32_t>(y) * camera.width + x);
+          row.weight.push_back(weight);
+        });
       }
-      result.begin.push_back(result.pixel.size());
-      result.inverse_coverage.push_back(visible ? 1.0 / covered : 0.0);
-      result.cos_outside.push_back(cosine);
-      result.visible.push_back(visible ? 1 : 0);
+      row.begin.push_back(row.pixel.size());
+      row.inverse_coverage.push_back(visible ? 1.0 / covered : 0.0);
+      row.cos_outside.push_back(cosine);
+      row.visible.push_back(visible ? 1 : 0);
     }
-  }
+  });
+  for (Footprints& row : rows) append(std::exchange(row, {}), result);
   return result;
 }
 

@@ -39,6 +39,30 @@ Markers detect(const cv::Mat& bytes, const cv::Ptr<cv::aruco::Dictionary>& dicti
   return markers;
 }
 
+/// What the board's detection goes by.
+struct SeenMarkers {
+  ScaledPicture picture;  ///< of bytes
+  Markers markers;        ///< in its pixels
+};
+
+/// On a reduced picture, and on the whole one where that does not show every marker: those of
+/// 24 megapixels take a second each.
+SeenMarkers search_markers(const Image<float>& grey, const capture::Board& board) {
+  constexpr int searched_px = 1600;
+  const auto dictionary = dictionary_named(board.dictionary);
+  const auto search = [&](double factor) {
+    ScaledPicture picture = scaled_bytes(grey, factor);
+    Markers markers = detect(picture.pixels, dictionary);
+    return SeenMarkers{std::move(picture), std::move(markers)};
+  };
+  const double factor = reduction(view_of(grey), searched_px);
+  SeenMarkers seen = search(factor);
+  const auto all = static_cast<std::size_t>((board.columns + 1) * (board.rows + 1) / 2);
+  if (factor == 1.0 || seen.markers.ids.size() >= all) return seen;
+  SeenMarkers whole = search(1.0);
+  return whole.markers.ids.size() > seen.markers.ids.size() ? std::move(whole) : std::move(seen);
+}
+
 /// Whether the square at the top left is dark (OpenCV since 4.6) or, on boards of an even number of
 /// rows of squares, light (before, and since 4.7 by setLegacyPattern).
 enum class Layout { dark_first, light_first };
@@ -154,8 +178,8 @@ Layout layout_of(const Markers& markers, const capture::Board& board, const std:
 BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
                           const std::string& name) {
   check(grey.channels() == 1, "find_charuco wants a grey image");
-  const cv::Mat bytes = stretch_to_bytes(grey);
-  Markers markers = detect(bytes, dictionary_named(board.dictionary));
+  auto [picture, markers] = search_markers(grey, board);
+  const cv::Mat& bytes = picture.pixels;
   if (markers.ids.size() <= chance_markers) explain_no_markers(bytes, board, name);
   const Layout layout = layout_of(markers, board, name);
   const Board charuco(board, board.columns, board.rows, layout);
@@ -171,7 +195,7 @@ BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
   std::set<int> rows;
   for (int k = 0; k < points.rows; ++k) {
     const auto& point = points.at<cv::Point2f>(k);
-    corners.pixels.emplace_back(point.x, point.y);
+    corners.pixels.push_back(picture.in_original(point));
     corners.lattice.push_back(ids.at<int>(k));
     columns.insert(ids.at<int>(k) % board.columns);
     rows.insert(ids.at<int>(k) / board.columns);
@@ -187,7 +211,7 @@ BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
   // Up to the markers, whose edges would pull.
   const double margin = 0.5 * (1.0 - board.marker_mm / board.square_mm) * spacing;
   constexpr double blur_px = 1.0;
-  refine_corners(grey, corners, (margin - blur_px) / spacing);
+  refine_corners_from(picture.factor, grey, corners, (margin - blur_px) / spacing);
   std::vector<double> blurs;
   for (std::size_t k = 1; k < corners.pixels.size(); ++k) {
     const auto [i, j] = corners.place(k);

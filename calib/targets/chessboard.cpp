@@ -117,20 +117,6 @@ std::vector<Eigen::Vector2d> detect(const Image<float>& grey, const cv::Size& si
   return in_original(whole, points);
 }
 
-/// Of corners found on a reduced picture: by the same picture, whose pixels they are a few of the
-/// whole one's off.
-void refine_reduced(const Image<float>& grey, BoardCorners& corners) {
-  const double factor = reduction(view_of(grey), searched_px);
-  if (factor == 1.0) return;
-  const ScaledPicture picture(view_of(grey), factor);
-  const Image<float> reduced = image_of(picture.pixels);
-  for (Eigen::Vector2d& pixel : corners.pixels) pixel = picture.in_scaled(pixel);
-  refine_corners(reduced, corners);
-  for (const cv::Point2f& point : image_points(std::exchange(corners.pixels, {}))) {
-    corners.pixels.push_back(picture.in_original(point));
-  }
-}
-
 }  // namespace
 
 void make_upright(BoardCorners& corners) {
@@ -171,8 +157,7 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                      " inner corners found; take the picture again with the whole board in view, "
                      "sharp and evenly lit, or correct the board's columns and rows");
   }
-  refine_reduced(grey, corners);
-  refine_corners(grey, corners);
+  refine_corners_from(reduction(view_of(grey), searched_px), grey, corners);
   make_upright(corners);
   corners.blur_px = median_blur(grey, corners);
   corners.first_square_dark = first_square_dark(grey, corners);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 #include "calib/targets/board_picture.h"
@@ -272,6 +273,19 @@ void refine_corners(const Image<float>& grey, BoardCorners& corners, double clea
     }
     if (fitted) corners.pixels[k] = *fitted;
   }
+}
+
+void refine_corners_from(double factor, const Image<float>& grey, BoardCorners& corners,
+                         double clear) {
+  if (factor < 1.0) {
+    const ScaledPicture picture(view_of(grey), factor);
+    for (Eigen::Vector2d& pixel : corners.pixels) pixel = picture.in_scaled(pixel);
+    refine_corners(image_of(picture.pixels), corners, clear);
+    for (const cv::Point2f& point : image_points(std::exchange(corners.pixels, {}))) {
+      corners.pixels.push_back(picture.in_original(point));
+    }
+  }
+  refine_corners(grey, corners, clear);
 }
 
 }  // namespace kappamu::calib

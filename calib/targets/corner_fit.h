@@ -35,4 +35,9 @@ std::optional<Eigen::Vector2d> fit_corner(const Image<float>& grey, const Eigen:
 /// where it was, in half the window, and else stays where the gradients put it.
 void refine_corners(const Image<float>& grey, BoardCorners& corners, double clear = 1.0);
 
+/// Of corners found on the picture made `factor` as large, whose pixels they are a few of the whole
+/// one's off: by that picture first.
+void refine_corners_from(double factor, const Image<float>& grey, BoardCorners& corners,
+                         double clear = 1.0);
+
 }  // namespace kappamu::calib

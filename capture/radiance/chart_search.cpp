@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/mcc.hpp>
 #include <vector>
 
 #include "capture/session/frames.h"
+#include "capture/session/frames_at_once.h"
+#include "core/parallel.h"
 
 namespace kappamu::capture {
 namespace {
@@ -27,17 +30,29 @@ cv::Mat displayed(const Image<std::uint16_t>& codes, Encoding encoding) {
                    sorted.end());
   const double high = std::max<double>(sorted[sorted.size() - 1 - tail], low + 1.0);
   const double gamma = encoding == Encoding::linear ? 2.2 : 1.0;
+  std::vector<uchar> shown(std::numeric_limits<std::uint16_t>::max() + std::size_t{1});
+  for (std::size_t code = 0; code < shown.size(); ++code) {
+    const double share = std::clamp((static_cast<double>(code) - low) / (high - low), 0.0, 1.0);
+    shown[code] = cv::saturate_cast<uchar>(255.0 * std::pow(share, 1.0 / gamma));
+  }
   cv::Mat picture(codes.height(), codes.width(), CV_8UC3);
   for (int y = 0; y < picture.rows; ++y) {
     for (int x = 0; x < picture.cols; ++x) {
-      for (int c = 0; c < 3; ++c) {
-        const double share = std::clamp((codes(x, y, c) - low) / (high - low), 0.0, 1.0);
-        picture.at<cv::Vec3b>(y, x)[2 - c] =
-            cv::saturate_cast<uchar>(255.0 * std::pow(share, 1.0 / gamma));
-      }
+      for (int c = 0; c < 3; ++c) picture.at<cv::Vec3b>(y, x)[2 - c] = shown[codes(x, y, c)];
     }
   }
   return picture;
+}
+
+/// The picture `factor` as large, each of its pixels the mean of those it covers.
+Image<std::uint16_t> reduced(const Image<std::uint16_t>& codes, double factor) {
+  const cv::Mat whole(codes.height(), codes.width(), CV_16UC3,
+                      const_cast<std::uint16_t*>(codes.values().data()));
+  cv::Mat small;
+  cv::resize(whole, small, cv::Size(), factor, factor, cv::INTER_AREA);
+  Image<std::uint16_t> image(small.cols, small.rows, 3);
+  small.copyTo(cv::Mat(small.rows, small.cols, CV_16UC3, image.values().data()));
+  return image;
 }
 
 /// From (column, row) of patch centres to pixels, by mcc's box; empty if it finds none.
@@ -141,7 +156,11 @@ bool neutrals_fall(const cv::Mat& picture, const cv::Mat& lattice) {
 
 std::optional<ChartPlace> find_chart_place(const Image<std::uint16_t>& codes, Encoding encoding) {
   if (codes.channels() != 3) return std::nullopt;
-  const cv::Mat picture = displayed(codes, encoding);
+  constexpr double searched_px = 1280.0;  // longest side; patches are far larger than its pixels
+  const double factor = std::min(1.0, searched_px / std::max(codes.width(), codes.height()));
+  cv::setRNGSeed(1);  // the detector draws: the same whatever its thread did before
+  const cv::Mat picture =
+      factor < 1.0 ? displayed(reduced(codes, factor), encoding) : displayed(codes, encoding);
   cv::Mat lattice = lattice_by_mcc(picture);
   if (lattice.empty()) return std::nullopt;
   ChartPlace place;
@@ -151,18 +170,23 @@ std::optional<ChartPlace> find_chart_place(const Image<std::uint16_t>& codes, En
       {{0, 0}, {columns - 1, 0}, {columns - 1, rows - 1}, {0, rows - 1}}};
   for (std::size_t k = 0; k < 4; ++k) {
     const cv::Point2d at = mapped(lattice, corners[k][0], corners[k][1]);
-    place.corners_px[k] = {at.x, at.y};
+    place.corners_px[k] = {(at.x + 0.5) / factor - 0.5, (at.y + 0.5) / factor - 0.5};
   }
   return place;
 }
 
 std::optional<ChartPlace> find_chart_place(const Session& session, const Stack& stack) {
-  std::optional<ChartPlace> best;
-  for (const Frame& frame : stack) {
+  std::vector<std::optional<ChartPlace>> places(stack.size());
+  const auto look = [&](int k) {
+    const Frame& frame = stack[static_cast<std::size_t>(k)];
     // Float frames come out linear, whatever the session's encoding.
     const Encoding encoding =
         is_float_frame(session, frame) ? Encoding::linear : session.camera.encoding;
-    const auto place = find_chart_place(load_frame(session, frame), encoding);
+    places[static_cast<std::size_t>(k)] = find_chart_place(load_frame(session, frame), encoding);
+  };
+  for_rows(static_cast<int>(stack.size()), look, frames_at_once);
+  std::optional<ChartPlace> best;
+  for (const auto& place : places) {
     if (place && (!best || place->patches > best->patches)) best = place;
   }
   return best;

@@ -12,6 +12,7 @@
 #include "capture/radiance/steadiness.h"
 #include "capture/session/bayer.h"
 #include "capture/session/frames.h"
+#include "capture/session/frames_at_once.h"
 #include "core/error.h"
 #include "core/parallel.h"
 
@@ -166,18 +167,16 @@ class StackMerger {
   std::vector<std::array<double, 2>> shifts_;
 };
 
-// Decoded at the same time, as one after the other leaves all cores but one without work; two at
-// most, as each is in memory as a file meanwhile.
-template <class Value, class Load>
-std::vector<Exposed<Value>> load_all(const Stack& stack, const Load& load) {
-  std::vector<Exposed<Value>> frames(stack.size());
+template <class Load>
+auto load_all(const Stack& stack, const Load& load) {
+  std::vector<std::invoke_result_t<Load, const Frame&>> frames(stack.size());
   for_rows(
       static_cast<int>(stack.size()),
       [&](int j) {
-        const Frame& frame = stack[static_cast<std::size_t>(j)];
-        frames[static_cast<std::size_t>(j)] = {load(frame), frame.exposure_s};
+        const auto at = static_cast<std::size_t>(j);
+        frames[at] = load(stack[at]);
       },
-      2);
+      frames_at_once);
   return frames;
 }
 
@@ -189,26 +188,36 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
   const auto unchanged = [](HdrImage image) { return image; };
   const auto is_float = [&](const Frame& frame) { return is_float_frame(session, frame); };
   if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float)) {
-    const auto load = [&](const Frame& frame) { return load_float_frame(session, frame, part); };
-    return act(load_all<float>(stack, load), radiometry, 1.0, unchanged);
+    const auto load = [&](const Frame& frame) {
+      return ExposedFloatFrame{load_float_frame(session, frame, part), frame.exposure_s};
+    };
+    return act(load_all(stack, load), radiometry, 1.0, unchanged);
   }
   const auto is_raw = [&](const Frame& frame) { return is_raw_frame(session, frame); };
   if (stack.empty() || !std::all_of(stack.begin(), stack.end(), is_raw)) {
-    const auto load = [&](const Frame& frame) { return load_frame(session, frame, part); };
-    return act(load_all<std::uint16_t>(stack, load), radiometry, 1.0, unchanged);
+    const auto load = [&](const Frame& frame) {
+      return ExposedFrame{load_frame(session, frame, part), frame.exposure_s};
+    };
+    return act(load_all(stack, load), radiometry, 1.0, unchanged);
   }
   // In the Bayer domain: each site's own codes are merged, their radiance is demosaiced.
-  std::vector<ExposedFrame> frames;
-  std::optional<io::BayerLayout> layout;
-  for (const Frame& frame : stack) {
+  struct Sites {
+    Image<std::uint16_t> codes;
+    std::optional<io::BayerLayout> layout;
+  };
+  std::vector<Sites> loaded = load_all(stack, [&](const Frame& frame) {
     io::RawImage raw = load_raw_frame(session, frame, part);
-    if (!frames.empty() && raw.layout != layout) {
-      throw InputError((session.folder / frame.file).string() +
+    return Sites{raw.layout ? pack_sites(raw.mosaic) : std::move(raw.mosaic), raw.layout};
+  });
+  const std::optional<io::BayerLayout> layout = loaded.front().layout;
+  std::vector<ExposedFrame> frames;
+  for (std::size_t j = 0; j < stack.size(); ++j) {
+    if (loaded[j].layout != layout) {
+      throw InputError((session.folder / stack[j].file).string() +
                        ": its Bayer pattern begins with another colour than that of " +
                        stack.front().file + "; use frames of one camera in one mode.");
     }
-    layout = raw.layout;
-    frames.push_back({layout ? pack_sites(raw.mosaic) : std::move(raw.mosaic), frame.exposure_s});
+    frames.push_back({std::move(loaded[j].codes), stack[j].exposure_s});
   }
   if (!layout) return act(std::move(frames), radiometry, 1.0, unchanged);
   return act(std::move(frames), site_radiometry(radiometry, *layout), 2.0,

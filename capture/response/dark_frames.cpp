@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 
 #include "capture/response/response.h"
 #include "capture/session/frames.h"
+#include "capture/session/frames_at_once.h"
 #include "core/numbers/median.h"
+#include "core/parallel.h"
 
 namespace kappamu::capture {
 namespace {
@@ -52,12 +55,20 @@ std::vector<std::vector<long>> histograms_of(const Session& session, const Stack
   const std::size_t channels = session.channels.size();
   std::vector<std::vector<long>> histograms(
       channels, std::vector<long>(static_cast<std::size_t>(largest_code(session.camera)) + 1, 0));
-  for (const Frame& frame : frames) {
-    const Image<std::uint16_t> codes = load_sites(session, frame);
-    for (std::size_t i = 0; i < codes.size(); ++i) {
-      ++histograms[i % channels][codes.values()[i]];
+  std::mutex adding;
+  const auto add = [&](int j) {
+    const Image<std::uint16_t> codes = load_sites(session, frames[static_cast<std::size_t>(j)]);
+    std::vector<std::vector<long>> own(channels, std::vector<long>(histograms.front().size(), 0));
+    const std::uint16_t* code = codes.values().data();
+    for (std::size_t pixel = 0; pixel < codes.size() / channels; ++pixel) {
+      for (std::size_t c = 0; c < channels; ++c) ++own[c][*code++];
     }
-  }
+    const std::lock_guard lock(adding);
+    for (std::size_t c = 0; c < channels; ++c) {
+      for (std::size_t k = 0; k < own[c].size(); ++k) histograms[c][k] += own[c][k];
+    }
+  };
+  for_rows(static_cast<int>(frames.size()), add, frames_at_once);
   return histograms;
 }
 

@@ -7,7 +7,9 @@
 #include "capture/response/dark_frames.h"
 #include "capture/response/photon_transfer.h"
 #include "capture/session/frames.h"
+#include "capture/session/frames_at_once.h"
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/shown_text.h"
 
 namespace kappamu::capture {
@@ -20,10 +22,14 @@ constexpr std::size_t response_pattern_stacks = 3;
 constexpr double default_electrons_full_scale = 10000.0;
 
 std::vector<ExposedFrame> load_stack(const Session& session, const Stack& stack) {
-  std::vector<ExposedFrame> frames;
-  for (const Frame& frame : stack) {
-    frames.push_back({load_sites(session, frame), frame.exposure_s});
-  }
+  std::vector<ExposedFrame> frames(stack.size());
+  for_rows(
+      static_cast<int>(stack.size()),
+      [&](int j) {
+        const Frame& frame = stack[static_cast<std::size_t>(j)];
+        frames[static_cast<std::size_t>(j)] = {load_sites(session, frame), frame.exposure_s};
+      },
+      frames_at_once);
   return frames;
 }
 
@@ -48,9 +54,10 @@ void recover_responses(const Session& session, Progress& progress, Radiometry& r
     progress.update("response", static_cast<double>(i) / static_cast<double>(stacks.size()),
                     "stack " + std::to_string(i + 1) + " of " + std::to_string(stacks.size()));
     const std::vector<ExposedFrame> frames = load_stack(session, *stacks[i]);
-    for (std::size_t c = 0; c < channels; ++c) {
-      collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, samples[c]);
-    }
+    for_rows(static_cast<int>(channels), [&](int c) {
+      collect_response_samples(frames, c, radiometry.bit_depth,
+                               samples[static_cast<std::size_t>(c)]);
+    });
   }
   for (std::size_t c = 0; c < channels; ++c) {
     const std::string name = shown_session(session) + ": channel " + session.channels[c];

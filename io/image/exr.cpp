@@ -11,6 +11,7 @@
 #include "io/atomic_file.h"
 #include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
+#include "io/image/plain_exr.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -18,6 +19,10 @@ namespace kappamu::io {
 namespace fs = std::filesystem;
 
 namespace {
+
+[[noreturn]] void fail_damaged(const fs::path& file) {
+  throw InputError(file.string() + ": truncated or damaged EXR file; write or copy it again");
+}
 
 void decode_exr(const fs::path& file, std::span<std::byte> bytes, const OpenExr& open,
                 const SizeCheck& expected, const ChooseStep& step = {}) {
@@ -52,9 +57,15 @@ void decode_exr(const fs::path& file, std::span<std::byte> bytes, const OpenExr&
     take(first, rows, reinterpret_cast<const float*>(pixels));
   };
   const int every = step ? step(header) : 1;
-  const bool whole = every > 1 ? input.read_some(OIIO::TypeFloat, take_rows, every)
-                               : input.read(OIIO::TypeFloat, take_rows);
-  if (!whole) fail("truncated or damaged EXR file; write or copy it again");
+  const std::size_t row_size = sizeof(float) * static_cast<std::size_t>(spec.nchannels) *
+                               static_cast<std::size_t>(spec.width);
+  const auto take_some = [&](int first, int rows, const std::byte* pixels) {
+    for (int row = first; row < first + rows; ++row, pixels += row_size)
+      if (row % every == 0) take_rows(row, 1, pixels);
+  };
+  const bool whole =
+      every > 1 ? input.read(OIIO::TypeFloat, take_some) : input.read(OIIO::TypeFloat, take_rows);
+  if (!whole) fail_damaged(file);
 }
 
 /// Whether the bytes hold what was to be written.
@@ -99,6 +110,20 @@ bool holds(const fs::path& file, std::span<std::byte> encoded, const ExrHeader& 
 
 void read_exr_rows(const fs::path& file, const OpenExr& open, const SizeCheck& expected,
                    const ChooseStep& step) {
+  if (std::optional<PlainExr> exr = PlainExr::open(file)) {
+    const ExrHeader& header = exr->header();
+    const ImageSize size{header.width, header.height, static_cast<int>(header.channels.size())};
+    if (expected) expected(size);
+    if (!expected && !step) check_size(file, size, fs::file_size(file), {});
+    const TakeExrRows take = open(header);
+    const int every = step ? step(header) : 1;
+    std::vector<float> row(header.channels.size() * static_cast<std::size_t>(header.data.width));
+    for (int y = 0; y < header.data.height; y += every) {
+      if (!exr->read(y, row.data())) fail_damaged(file);
+      take(y, 1, row.data());
+    }
+    return;
+  }
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   decode_exr(file, bytes, open, expected, step);
 }
@@ -140,6 +165,7 @@ void write_exr_rows(const fs::path& file, const ExrHeader& header, const FillExr
   const Region& data = header.data;
   check(data.width > 0 && data.height > 0 && !header.channels.empty(),
         "EXR image for " + file.string() + " is empty");
+  if (packing == ExrPacking::plain) return write_plain_exr(file, header, fill);
   OIIO::ImageSpec spec(data.width, data.height, static_cast<int>(header.channels.size()),
                        OIIO::TypeFloat);
   spec.x = data.left;
@@ -147,7 +173,7 @@ void write_exr_rows(const fs::path& file, const ExrHeader& header, const FillExr
   spec.full_width = header.width;
   spec.full_height = header.height;
   spec.channelnames = header.channels;
-  spec.attribute("compression", packing == ExrPacking::zip ? "zip" : "rle");
+  spec.attribute("compression", "zip");
   spec.attribute("DateTime", "");  // else the present time: equal images, equal bytes
   for (const auto& [name, text] : header.attributes) spec.attribute(name, text);
   auto bytes = encode_image(

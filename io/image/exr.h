@@ -21,6 +21,7 @@ struct ExrHeader {
   std::vector<std::string> channels;              ///< in the order of the rows' values
   std::map<std::string, std::string> attributes;  ///< text attributes, such as units; OpenEXR's
                                                   ///< own come back by OpenImageIO's names
+  std::vector<std::string> halves{};              ///< channels that a plain file has with 16 bits
 };
 
 /// Rows [first, first + rows) of the data window, [row][x][channel].
@@ -29,7 +30,7 @@ using FillExrRows = std::function<void(int first, int rows, float* values)>;
 /// Sees the header before the rows and gives what takes them.
 using OpenExr = std::function<TakeExrRows(const ExrHeader& header)>;
 /// Sees the header and says that every so many rows alone are wanted, from the first on: the others
-/// are not decoded where the file is packed row by row, as by runs.
+/// are not read where the file is plain.
 using ChooseStep = std::function<int(const ExrHeader& header)>;
 
 struct ExrImage {
@@ -48,11 +49,11 @@ void read_exr_rows(const std::filesystem::path& file, const OpenExr& open,
 /// The same as a whole; throws InputError for a cropped one too (another data window).
 ExrImage read_exr(const std::filesystem::path& file, const SizeCheck& expected = {});
 
-/// How channels are packed, all without loss. Runs (RLE) take a tenth of ZIP's time, and a fifth
-/// more room for pictures with noise.
-enum class ExrPacking { zip, runs };
+/// How channels are packed. Pictures with noise become little smaller by ZIP, which takes many
+/// times as long as their photographs' decoding.
+enum class ExrPacking { zip, plain };
 
-/// `fill` is asked twice for each row, and must give the same.
+/// `fill` may be asked twice for each row, and must give the same.
 void write_exr_rows(const std::filesystem::path& file, const ExrHeader& header,
                     const FillExrRows& fill, ExrPacking packing);
 

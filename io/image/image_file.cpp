@@ -85,16 +85,14 @@ void write_image(const fs::path& file, const Image<std::uint16_t>& image) {
 
 void write_float_image(const fs::path& file, const Image<float>& image) {
   check(image.channels() == 1 || image.channels() == 3, "float images have one or three channels");
-  ExrImage exr{image.width(), image.height(), {}, {}};
-  const std::vector<std::string> names = image.channels() == 1
-                                             ? std::vector<std::string>{"Y"}
-                                             : std::vector<std::string>{"R", "G", "B"};
-  for (std::size_t c = 0; c < names.size(); ++c) {
-    std::vector<float>& plane = exr.channels[names[c]];
-    plane.resize(image.size() / names.size());
-    for (std::size_t i = 0; i < plane.size(); ++i) plane[i] = image.values()[i * names.size() + c];
-  }
-  write_exr(file, exr);
+  ExrHeader header{{0, 0, image.width(), image.height()}, image.width(), image.height(), {}, {}};
+  header.channels = image.channels() == 1 ? std::vector<std::string>{"Y"}
+                                          : std::vector<std::string>{"R", "G", "B"};
+  const std::size_t row = static_cast<std::size_t>(image.width()) * header.channels.size();
+  const auto fill = [&](int first, int rows, float* values) {
+    std::copy_n(&image(0, first), static_cast<std::size_t>(rows) * row, values);
+  };
+  write_exr_rows(file, header, fill, ExrPacking::zip);
 }
 
 void write_code_image(const fs::path& file, const Image<std::uint16_t>& image, int bit_depth) {

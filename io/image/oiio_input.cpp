@@ -110,36 +110,6 @@ bool OiioInput::read(OIIO::TypeDesc format, const TakeRows& take, std::optional<
   return !input_->has_error();  // libjpeg goes on with grey where data are missing, and warns
 }
 
-bool OiioInput::read_some(OIIO::TypeDesc format, const TakeRows& take, int every) {
-  const OIIO::ImageSpec& image = spec();
-  if (image.tile_width > 0) {
-    return read(format, [&](int first, int rows, const std::byte* pixels) {
-      const std::size_t row_bytes = static_cast<std::size_t>(image.width) *
-                                    static_cast<std::size_t>(image.nchannels) * format.size();
-      for (int row = 0; row < rows; ++row) {
-        if ((first + row) % every == 0)
-          take(first + row, 1, pixels + static_cast<std::size_t>(row) * row_bytes);
-      }
-    });
-  }
-  std::vector<std::byte> pixels(static_cast<std::size_t>(image.width) *
-                                static_cast<std::size_t>(image.nchannels) * format.size());
-  input_->geterror();  // of a part that was looked for
-  try {
-    for (int y = 0; y < image.height; y += every) {
-      const int begin = image.y + y;
-      if (!input_->read_scanlines(part_, 0, begin, begin + 1, 0, 0, image.nchannels, format,
-                                  pixels.data())) {
-        return false;
-      }
-      take(y, 1, pixels.data());
-    }
-  } catch (const std::exception&) {
-    return false;
-  }
-  return !input_->has_error();
-}
-
 namespace {
 
 using WritePixels = std::function<bool(OIIO::ImageOutput& output)>;

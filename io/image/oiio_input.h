@@ -39,8 +39,6 @@ class OiioInput {
   using TakeRows = std::function<void(int first, int rows, const std::byte* pixels)>;
   bool read(OIIO::TypeDesc format, const TakeRows& take,
             std::optional<int> wanted_rows = std::nullopt);
-  /// One row of every so many, from the first on, of a picture without tiles.
-  bool read_some(OIIO::TypeDesc format, const TakeRows& take, int every);
 
  private:
   /// OpenImageIO's own reads before and behind the bytes where a file tells it to.

@@ -44,18 +44,14 @@ std::vector<int> full_pages(OiioInput& input, const fs::path& file) {
   return full;
 }
 
-/// Goes to page `page` of the full ones; without one, to the only one.
-void select_page(OiioInput& input, const fs::path& file, std::optional<std::size_t> page = {}) {
+/// Goes to the only full page.
+void select_page(OiioInput& input, const fs::path& file) {
   const std::vector<int> full = full_pages(input, file);
-  if (!page && full.size() > 1) {
+  if (full.size() > 1) {
     reject(file, "holds " + std::to_string(full.size()) +
                      " full pictures (pages); save the one that is meant as a file of its own");
   }
-  if (page && *page >= full.size()) {
-    reject(file, "has pages 0 to " + std::to_string(full.size() - 1) + ", no page " +
-                     std::to_string(*page));
-  }
-  input.select(full[page.value_or(0)]);
+  input.select(full.front());
 }
 
 /// Throws where the file's values are something else than grey or R, G, B: OpenImageIO converts
@@ -231,19 +227,12 @@ bool is_float_tiff(std::span<const std::byte> bytes) {
 
 namespace {
 
+/// Of a TIFF whose structure is whole.
 std::vector<std::byte> tiff_bytes(const fs::path& file) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   if (image_kind(bytes) != ImageKind::tiff) reject(file, "is no TIFF file; save it as one");
-  return bytes;
-}
-
-/// act(input) with the opened file.
-template <class Act>
-auto with_tiff(const fs::path& file, std::vector<std::byte>& bytes, const Act& act) {
   check_structure(bytes, file, ImageKind::tiff);
-  OiioInput input(file, bytes);
-  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-  return act(input);
+  return bytes;
 }
 
 /// Floats of the selected page.
@@ -266,32 +255,52 @@ Image<float> selected_floats(OiioInput& input, const fs::path& file, std::size_t
 
 Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& bytes,
                               const SizeCheck& expected) {
-  return with_tiff(file, bytes, [&](OiioInput& input) {
-    select_page(input, file);
-    return selected_floats(input, file, bytes.size(), expected);
-  });
+  check_structure(bytes, file, ImageKind::tiff);
+  OiioInput input(file, bytes);
+  if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+  select_page(input, file);
+  return selected_floats(input, file, bytes.size(), expected);
 }
 
-std::size_t count_tiff_pages(const fs::path& file) {
-  std::vector<std::byte> bytes = tiff_bytes(file);
-  return with_tiff(file, bytes, [&](OiioInput& input) { return full_pages(input, file).size(); });
+struct TiffPages::Opened {
+  explicit Opened(const fs::path& name) : file(name), bytes(tiff_bytes(name)), input(name, bytes) {
+    if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
+    full = full_pages(input, file);
+  }
+
+  fs::path file;
+  std::vector<std::byte> bytes;
+  OiioInput input;
+  std::vector<int> full;  ///< pages of the file
+};
+
+TiffPages::TiffPages(const fs::path& file) : opened_(std::make_unique<Opened>(file)) {}
+TiffPages::~TiffPages() = default;
+
+std::size_t TiffPages::count() const {
+  return opened_->full.size();
+}
+std::size_t TiffPages::bytes() const {
+  return opened_->bytes.size();
 }
 
-Image<float> read_tiff_page(const fs::path& file, std::size_t page) {
-  std::vector<std::byte> bytes = tiff_bytes(file);
-  return with_tiff(file, bytes, [&](OiioInput& input) {
-    select_page(input, file, page);
-    if (input.spec().format.is_floating_point()) {
-      return selected_floats(input, file, bytes.size(), {});
-    }
-    check_colours(input.spec(), file);
-    check_channels(input.spec(), file);
-    check_extent(input.spec(), file, bytes.size(), bits_of(input.spec(), file), {});
-    const auto codes = read_values<std::uint16_t>(input, file, ImageKind::tiff);
-    Image<float> picture(codes.width(), codes.height(), codes.channels());
-    std::copy(codes.values().begin(), codes.values().end(), picture.values().begin());
-    return picture;
-  });
+Image<float> TiffPages::read(std::size_t page) {
+  auto& [file, bytes, input, full] = *opened_;
+  if (page >= full.size()) {
+    reject(file, "has pages 0 to " + std::to_string(full.size() - 1) + ", no page " +
+                     std::to_string(page));
+  }
+  input.select(full[page]);
+  if (input.spec().format.is_floating_point()) {
+    return selected_floats(input, file, bytes.size(), {});
+  }
+  check_colours(input.spec(), file);
+  check_channels(input.spec(), file);
+  check_extent(input.spec(), file, bytes.size(), bits_of(input.spec(), file), {});
+  const auto codes = read_values<std::uint16_t>(input, file, ImageKind::tiff);
+  Image<float> picture(codes.width(), codes.height(), codes.channels());
+  std::copy(codes.values().begin(), codes.values().end(), picture.values().begin());
+  return picture;
 }
 
 }  // namespace kappamu::io

@@ -3,15 +3,29 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 
 #include "core/image.h"
 
 namespace kappamu::io {
 
-/// How many full pictures, neither previews nor masks, the pages of a TIFF hold, and one of them,
-/// from 0: codes or floats as stored. Throw InputError naming the file as read_code_image()
-/// (image_file.h) does, and where there is no such page.
-std::size_t count_tiff_pages(const std::filesystem::path& file);
-Image<float> read_tiff_page(const std::filesystem::path& file, std::size_t page);
+/// The pages that are full pictures, neither previews nor masks. The file is read once and held.
+class TiffPages {
+ public:
+  /// Throws InputError naming the file as read_code_image() (image_file.h) does.
+  explicit TiffPages(const std::filesystem::path& file);
+  ~TiffPages();
+  TiffPages(const TiffPages&) = delete;
+  TiffPages& operator=(const TiffPages&) = delete;
+
+  std::size_t count() const;
+  std::size_t bytes() const;  ///< held
+  /// Codes or floats as stored; pages count from 0. Throws as above, and where there is none.
+  Image<float> read(std::size_t page);
+
+ private:
+  struct Opened;
+  std::unique_ptr<Opened> opened_;
+};
 
 }  // namespace kappamu::io

@@ -12,7 +12,6 @@
 #include "core/shown_text.h"
 #include "io/image/image_file.h"
 #include "io/image/image_limits.h"
-#include "io/image/tiff_pages.h"
 #include "io/mat_file.h"
 #include "io/npy.h"
 
@@ -143,10 +142,8 @@ Image<float> read_array(const fs::path& file, const std::optional<std::size_t>& 
     throw InputError(file.string() + ": has pages 0 to " + std::to_string(pages - 1) +
                      ", no page " + std::to_string(at));
   }
-  const io::NpyArray array = io::read_npy(file);
   Image<float> picture(static_cast<int>(width), static_cast<int>(height), 1);
-  std::copy_n(array.values.begin() + static_cast<std::ptrdiff_t>(at * height * width),
-              height * width, picture.values().begin());
+  picture.values() = io::read_npy_part(file, at * height * width, height * width);
   return picture;
 }
 
@@ -167,7 +164,7 @@ std::vector<std::string> pictures_named(const fs::path& folder, const std::strin
     const std::vector<std::size_t> shape = io::read_npy_layout(one.file).shape;
     if (shape.size() == 3) pages = shape[0];
   } else if (is_tiff(one.file)) {
-    pages = io::count_tiff_pages(one.file);
+    pages = io::TiffPages(one.file).count();
   }
   if (pages == 1) return {name};
   if (pages == 0 || pages > most_pages) {
@@ -181,12 +178,22 @@ std::vector<std::string> pictures_named(const fs::path& folder, const std::strin
   return names;
 }
 
-Image<float> read_picture(const fs::path& folder, const std::string& name) {
+io::TiffPages& PictureReader::pages_of(const fs::path& file) {
+  const auto found = stacks_.find(file);
+  if (found != stacks_.end()) return found->second;
+  std::size_t held = 0;
+  for (const auto& [other, pages] : stacks_) held += pages.bytes();
+  std::error_code ignored;
+  if (held + fs::file_size(file, ignored) > io::largest_image_file) stacks_.clear();
+  return stacks_.try_emplace(file, file).first->second;
+}
+
+Image<float> PictureReader::read(const fs::path& folder, const std::string& name) {
   const Name one = parsed(folder, name);
   const std::string ending = lower_extension(one.file);
   if (ending == ".mat") return io::read_mat_picture(one.file, one.variable, one.page.value_or(0));
   if (ending == ".npy") return read_array(one.file, one.page);
-  if (one.page) return io::read_tiff_page(one.file, *one.page);
+  if (one.page) return pages_of(one.file).read(*one.page);
   if (io::is_float_image(one.file)) return io::read_float_image(one.file);
   const Image<std::uint16_t> codes = io::read_code_image(one.file);
   Image<float> picture(codes.width(), codes.height(), codes.channels());

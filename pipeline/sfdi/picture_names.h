@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "core/image.h"
+#include "io/image/tiff_pages.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -20,7 +22,16 @@ namespace kappamu::pipeline::sfdi {
 std::vector<std::string> pictures_named(const std::filesystem::path& folder,
                                         const std::string& name);
 
-/// One of them: PNG, TIFF, JPEG, BMP as codes; EXR, Radiance, float TIFF, NPY, MATLAB as floats.
-Image<float> read_picture(const std::filesystem::path& folder, const std::string& name);
+/// Reads them one by one. Stacks of TIFF stay open in between, up to the size of one picture file.
+class PictureReader {
+ public:
+  /// PNG, TIFF, JPEG, BMP as codes; EXR, Radiance, float TIFF, NPY, MATLAB as floats.
+  Image<float> read(const std::filesystem::path& folder, const std::string& name);
+
+ private:
+  io::TiffPages& pages_of(const std::filesystem::path& file);
+
+  std::map<std::filesystem::path, io::TiffPages> stacks_;
+};
 
 }  // namespace kappamu::pipeline::sfdi

@@ -6,7 +6,6 @@
 
 #include "core/error.h"
 #include "core/shown_text.h"
-#include "pipeline/sfdi/picture_names.h"
 
 namespace kappamu::pipeline::sfdi {
 
@@ -15,9 +14,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// One channel of the crop.
-Image<float> read_channel(const Description& d, const std::string& name) {
+Image<float> read_channel(const Description& d, const std::string& name, PictureReader& reader) {
   const fs::path file = d.folder / name;
-  const Image<float> whole = read_picture(d.folder, name);
+  const Image<float> whole = reader.read(d.folder, name);
   int channel = 0;
   if (whole.channels() == 3) {
     if (d.channel.empty()) {
@@ -60,15 +59,15 @@ void average(std::vector<Image<float>>& pictures, std::size_t repeats) {
 }  // namespace
 
 DemodulatedSet demodulate(const Description& description, const Pictures& pictures, bool sample,
-                          const calib::Demodulated* even) {
+                          const calib::Demodulated* even, PictureReader& reader) {
   const std::vector<std::string>& files = sample ? pictures.sample : pictures.reference;
   std::vector<Image<float>> read;
   Image<std::uint8_t> mask;
   std::optional<Image<float>> dark;
-  if (pictures.dark) dark = read_channel(description, *pictures.dark);
+  if (pictures.dark) dark = read_channel(description, *pictures.dark, reader);
   DemodulatedSet result;
   for (const std::string& name : files) {
-    Image<float> picture = read_channel(description, name);
+    Image<float> picture = read_channel(description, name, reader);
     if (mask.empty()) mask = Image<std::uint8_t>(picture.width(), picture.height(), 1, 1);
     const Image<float>& first = read.empty() ? picture : read.front();
     if (!picture.same_shape(first) || (dark && !dark->same_shape(first)) ||

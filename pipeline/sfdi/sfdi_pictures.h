@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/sinusoid/demodulate.h"
+#include "pipeline/sfdi/picture_names.h"
 #include "pipeline/sfdi/sfdi_file.h"
 
 namespace kappamu::pipeline::sfdi {
@@ -19,6 +20,6 @@ struct DemodulatedSet {
 /// Demodulates the sample's pictures of `pictures`, or the phantom's. `even` is the same object
 /// under even light, for single pictures; null: there is none. Throws InputError naming the file.
 DemodulatedSet demodulate(const Description& description, const Pictures& pictures, bool sample,
-                          const calib::Demodulated* even);
+                          const calib::Demodulated* even, PictureReader& reader);
 
 }  // namespace kappamu::pipeline::sfdi

@@ -176,7 +176,7 @@ class Wavelength {
   }
 
   Demodulated read(const Pictures& p, bool sample, const Demodulated* even) {
-    DemodulatedSet set = demodulate(d_, p, sample, even);
+    DemodulatedSet set = demodulate(d_, p, sample, even, reader_);
     if (sample) {
       checks_.push_back({p.per_mm,
                          set.found_per_mm,
@@ -233,6 +233,7 @@ class Wavelength {
   double wavelength_nm_;
   std::vector<LightCheck>& checks_;
   std::vector<const Pictures*> even_, sinusoids_, far_;
+  PictureReader reader_;
   Ratios result_;
 };
 

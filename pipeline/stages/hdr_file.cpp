@@ -30,6 +30,7 @@ void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image
                        session.camera.height,
                        file_channels(session.channels),
                        {}};
+  for (const std::string& channel : session.channels) header.halves.push_back("flags." + channel);
   header.attributes["units"] = "radiance: full scales per second; variance: its square";
   header.attributes["flags"] = "1 saturated, 2 dark, 4 missing in every frame";
   std::string lines;
@@ -45,7 +46,7 @@ void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image
       *values++ = static_cast<float>(image.flags.values()[i]);
     }
   };
-  io::write_exr_rows(file, header, fill, io::ExrPacking::runs);
+  io::write_exr_rows(file, header, fill, io::ExrPacking::plain);
 }
 
 capture::HdrImage read_hdr(const std::filesystem::path& file,

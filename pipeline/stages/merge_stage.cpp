@@ -29,15 +29,15 @@ using capture::Pattern;
 using capture::PatternRole;
 
 constexpr double gigabyte = 1e9;
-/// Of the 3 GB that a merge may take, what stacks in flight share; the rest is for ambient light,
-/// footprints and the program.
-constexpr double most_bytes = 2.0 * gigabyte;
+/// Of the 3 GB that a merge may take, what stacks in flight and the picture that is being measured
+/// share; the rest is for ambient light, footprints and the program.
+constexpr double most_bytes = 2.4 * gigabyte;
 
-/// Stacks merged at the same time: one a core, as long as they fit in most_bytes. Each holds the
-/// part of all its frames, the merged picture, its file twice (it is read back before it counts),
-/// and one frame as it is read.
-std::size_t pictures_at_once(const capture::Session& session, const Region& part,
-                             Progress& progress) {
+/// Stacks merged while a picture is measured: one a core, as long as they fit in most_bytes; none
+/// where one alone does not. Each holds the part of all its frames, the merged picture, and two
+/// frames as they are read.
+std::size_t pictures_ahead(const capture::Session& session, const Region& part,
+                           Progress& progress) {
   std::size_t frames = 1;
   bool floats = false, cropped_late = session.camera.orientation.value_or(1) != 1 ||
                                       session.camera.encoding == capture::Encoding::response;
@@ -52,8 +52,8 @@ std::size_t pictures_at_once(const capture::Session& session, const Region& part
   const double value = floats ? sizeof(float) : sizeof(std::uint16_t);
   const double values = channels * part.width * part.height;
   const double whole = channels * session.camera.width * session.camera.height;
-  const double stored = 2.0 * sizeof(float) + 1.0;  // of a merged value: radiance, variance, flags
-  const double stack = values * (static_cast<double>(frames) * value + 3.0 * stored) +
+  const double picture = values * (2.0 * sizeof(float) + 1.0);  // radiance, variance, flags
+  const double stack = values * static_cast<double>(frames) * value + picture +
                        whole * value * (cropped_late ? 2.0 : 1.0);
   if (stack > most_bytes) {
     progress.warn("a stack of " + std::to_string(frames) + " frames of " +
@@ -63,7 +63,8 @@ std::size_t pictures_at_once(const capture::Session& session, const Region& part
                   "so that the sample's surroundings alone are merged.");
   }
   return static_cast<std::size_t>(
-      std::clamp(most_bytes / stack, 1.0, 1.0 * std::max(1U, std::thread::hardware_concurrency())));
+      std::clamp((most_bytes - picture) / stack, 0.0,
+                 1.0 * std::max(1U, std::thread::hardware_concurrency())));
 }
 
 fs::path hdr_file(const fs::path& output, const std::string& pattern) {
@@ -71,7 +72,7 @@ fs::path hdr_file(const fs::path& output, const std::string& pattern) {
 }
 
 /// Merges patterns in threads, in the order given, writes what is not there yet, and hands each
-/// picture over once: no more of them than threads are held at a time.
+/// picture over once: no more of them than threads wait for it at a time.
 class MergedPatterns {
  public:
   MergedPatterns(const capture::Session& session, const capture::Radiometry& radiometry,
@@ -85,8 +86,9 @@ class MergedPatterns {
         merged_(order_.size()),
         part_(options_.part.value_or(Region{0, 0, session.camera.width, session.camera.height})),
         progress_(progress),
-        ahead_(pictures_at_once(session, part_, progress)) {
-    for (std::size_t i = 0; i < ahead_; ++i) workers_.emplace_back([this] { work(); });
+        ahead_(pictures_ahead(session, part_, progress)) {
+    for (std::size_t i = 0; i < std::max<std::size_t>(ahead_, 1); ++i)
+      workers_.emplace_back([this] { work(); });
   }
   MergedPatterns(const MergedPatterns&) = delete;
   MergedPatterns& operator=(const MergedPatterns&) = delete;
@@ -104,6 +106,8 @@ class MergedPatterns {
     Merged merged;
     {
       std::unique_lock lock(mutex_);
+      wanted_ = i + 1;
+      changed_.notify_all();
       changed_.wait(lock, [&] { return merged_[i].has_value(); });
       merged = std::move(*merged_[i]);
       merged_[i].reset();
@@ -130,8 +134,9 @@ class MergedPatterns {
       std::size_t i = 0;
       {
         std::unique_lock lock(mutex_);
-        changed_.wait(
-            lock, [&] { return stopped_ || next_ == order_.size() || next_ < taken_ + ahead_; });
+        changed_.wait(lock, [&] {
+          return stopped_ || next_ == order_.size() || next_ < std::max(wanted_, taken_ + ahead_);
+        });
         if (stopped_ || next_ == order_.size()) return;
         i = next_++;
       }
@@ -171,7 +176,7 @@ class MergedPatterns {
   Region part_;
   Progress& progress_;
   std::size_t ahead_;
-  std::size_t next_ = 0, taken_ = 0;
+  std::size_t next_ = 0, taken_ = 0, wanted_ = 0;
   bool stopped_ = false;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -2,8 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
 
 #include "capture/session/session.h"
+#include "io/image/image_file.h"
 #include "io/measurements_file.h"
 #include "io/read_file.h"
 #include "tests/app/process.h"
@@ -46,6 +53,58 @@ TEST_F(MergeStage, MeasuresWhatItMergedWithoutReadingItBack) {
   EXPECT_EQ(once.value, again.value);
   EXPECT_EQ(once.variance, again.variance);
   EXPECT_EQ(once.mask, again.mask);
+}
+
+/// A session of 2400 x 1600 pixels in colour, linear, of four patterns in three exposures.
+fs::path large_session(const fs::path& folder) {
+  constexpr int width = 2400, height = 1600, largest = 4095, black = 60;
+  nlohmann::json json = nlohmann::json::parse(io::read_text(tiny_session() / "session.json"));
+  json["camera"]["width"] = width;
+  json["camera"]["height"] = height;
+  json["camera"]["encoding"] = "linear";
+  std::mt19937 random(1);
+  const auto write = [&](const std::string& name, double exposure_s) {
+    Image<std::uint16_t> codes(width, height, 3);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          const double light = 0.2 + 0.6 * x / width + 0.2 * y / height;
+          codes(x, y, c) = static_cast<std::uint16_t>(std::min<double>(
+              largest, black + exposure_s * light * 3000.0 + static_cast<double>(random() % 16)));
+        }
+      }
+    }
+    io::write_code_image(folder / name, codes, 12);
+    return nlohmann::json{{"file", name}, {"exposure_s", exposure_s}};
+  };
+  fs::create_directories(folder);
+  json["calibration"]["dark"] = {write("dark.png", 0.0)};
+  json["calibration"]["dark"][0]["exposure_s"] = 1.0;
+  nlohmann::json& patterns = json["patterns"];
+  patterns.erase(patterns.begin() + 4, patterns.end());
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    patterns[k]["frames"].clear();
+    for (const double exposure_s : {0.06, 0.25, 1.0}) {
+      const std::string name = std::to_string(k) + "_" + std::to_string(exposure_s) + ".png";
+      patterns[k]["frames"].push_back(write(name, exposure_s));
+    }
+  }
+  std::ofstream(folder / "session.json") << json;
+  return folder;
+}
+
+TEST_F(MergeStage, HoldsTwoStacksAndAPicture) {
+  const fs::path session = large_session(folder() / "session");
+  const ProcessResult result =
+      kappamu("merge " + session.string() + " -o " + (folder() / "run").string());
+  EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_TRUE(fs::exists(folder() / "run" / "hdr"));
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  const double megabytes = 1024e-6 * static_cast<double>(usage.ru_maxrss);
+  std::printf("%.0f MB\n", megabytes);
+  // Codes of three frames and radiance, variance and flags of 11.5 million values take 173 MB.
+  EXPECT_LT(megabytes, 700.0);
 }
 
 TEST_F(MergeStage, StatesTheInstrumentThatTheSessionKnows) {

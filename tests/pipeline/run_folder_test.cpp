@@ -142,7 +142,7 @@ TEST_F(RunFolderTest, MoveCutShortIsFinished) {
     StageRecord& stage = record.stages.at("fit");
     stage.status = StageStatus::moving;
     stage.key = "new key";
-    stage.next = {describe_file(run / "fit.partial", "a"), describe_file(run / "fit.partial", "b")};
+    stage.next = describe_files(run / "fit.partial", {"a", "b"});
     write_run_record(record, run);
     for (int i = 0; i < moved; ++i)
       fs::rename(run / "fit.partial" / (i == 0 ? "a" : "b"), run / (i == 0 ? "a" : "b"));

@@ -11,6 +11,7 @@
 #include "io/npy.h"
 #include "pipeline/sfdi/picture_names.h"
 #include "pipeline/sfdi/sfdi_map.h"
+#include "tests/io/image/plain_tiff.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
 
@@ -109,12 +110,47 @@ TEST_F(SfdiFiles, FoldersStacksAndRepeatsArePictures) {
                 "pages");
   EXPECT_EQ(pictures_named(folder_, "tissue").front(), "tissue/frame5.npy");
   EXPECT_EQ(pictures_named(folder_, "tissue").back(), "tissue/frame16.npy");
-  EXPECT_NE(sentence_of([&] { read_picture(folder_, "tissue.npy:3"); }).find("no page 3"),
+  EXPECT_NE(sentence_of([&] { PictureReader().read(folder_, "tissue.npy:3"); }).find("no page 3"),
             std::string::npos);
   EXPECT_NE(refusal(R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2, "repeats": 5,
                        "sample": ["tissue"], "reference": ["phantom"]}])")
                 .find("has 12 pictures, no multiple of repeats, 5"),
             std::string::npos);
+}
+
+/// What this process has read from files [bytes].
+std::size_t bytes_read() {
+  std::ifstream counts("/proc/self/io");
+  std::string name;
+  std::size_t bytes = 0;
+  counts >> name >> bytes;
+  return bytes;
+}
+
+TEST_F(SfdiFiles, StacksAreReadOnce) {
+  constexpr int pages = 40;
+  std::vector<float> stack;
+  std::vector<io::Page> tiff;
+  for (int page = 0; page < pages; ++page) {
+    const std::vector<float> one = constant(page);
+    stack.insert(stack.end(), one.begin(), one.end());
+    io::Page& added = tiff.emplace_back();
+    added.width = added.height = extent;
+    for (std::size_t i = 0; i < extent * extent; ++i) io::put_number(added.pixels, page, 2);
+  }
+  io::write_npy(folder_ / "stack.npy", {pages, extent, extent}, std::span<const float>(stack));
+  std::ofstream(folder_ / "stack.tif") << io::tiff(tiff);
+  for (const char* name : {"stack.npy", "stack.tif"}) {
+    const std::vector<std::string> names = pictures_named(folder_, name);
+    ASSERT_EQ(names.size(), pages);
+    PictureReader reader;
+    const std::size_t before = bytes_read();
+    for (int page = 0; page < pages; ++page)
+      EXPECT_EQ(reader.read(folder_, names[static_cast<std::size_t>(page)])(1, 1), page) << name;
+    const auto read = static_cast<double>(bytes_read() - before);
+    // Headers and buffers come with each page; whole files would be `pages` times the size.
+    EXPECT_LT(read, 5.0 * static_cast<double>(std::filesystem::file_size(folder_ / name))) << name;
+  }
 }
 
 TEST_F(SfdiFiles, AmbiguousFoldersAreRefused) {

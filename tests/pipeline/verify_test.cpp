@@ -36,7 +36,7 @@ class Verify : public TemporaryFolderTest {
     fs::create_directories(folder() / "session");
     std::ofstream(folder() / "session" / "frame.png") << "light";
     RunFolder run = open();
-    run.set_inputs({describe_file(folder() / "session", "frame.png")});
+    run.set_inputs(describe_files(folder() / "session", {"frame.png"}));
     run.run(fit_, silent_, [&](const fs::path& output, Progress&) {
       fs::create_directories(output / "fit");
       std::ofstream(output / "fit" / "kappa.npy") << "kappa";

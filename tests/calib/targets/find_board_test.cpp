@@ -24,8 +24,14 @@ namespace {
 using capture::BoardKind;
 using ::testing::HasSubstr;
 
-Lens camera_lens() {
-  return {640, 480, 1900.0, 1902.0, 325.0, 235.0, {-0.3, 0.8, 0.0008, -0.0006, 0.0}};
+Lens camera_lens(int scale = 1) {
+  return {640 * scale,
+          480 * scale,
+          1900.0 * scale,
+          1902.0 * scale,
+          325.0 * scale,
+          235.0 * scale,
+          {-0.3, 0.8, 0.0008, -0.0006, 0.0}};
 }
 
 capture::Board board_of(BoardKind kind) {
@@ -53,9 +59,8 @@ Rigid pose_of(const capture::Board& board, double tilt, double turn,
 }
 
 Image<float> picture_of(const capture::Board& board, const Rigid& camera_from_board,
-                        unsigned seed = 1) {
-  static const Lens lens = camera_lens();
-  static const synthetic::RayTable rays(lens, 3);
+                        unsigned seed = 1, int scale = 1) {
+  const synthetic::RayTable rays(camera_lens(scale), 3);
   synthetic::Illumination light;
   light.ambient = 3.14;
   Image<float> image = to_grey(synthetic::render_quads(
@@ -71,8 +76,9 @@ struct Miss {
   double rms = 0.0;
   double largest = 0.0;
 };
-Miss miss(const BoardCorners& corners, const capture::Board& board, const Rigid& pose) {
-  const Lens lens = camera_lens();
+Miss miss(const BoardCorners& corners, const capture::Board& board, const Rigid& pose,
+          int scale = 1) {
+  const Lens lens = camera_lens(scale);
   Miss result;
   for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
     const auto [i, j] = corners.place(k);
@@ -118,6 +124,22 @@ TEST(FindBoard, PartOfACharucoBoardIsEnoughHoweverTurned) {
     EXPECT_GE(corners.pixels.size(), 8U) << turn;
     EXPECT_LT(corners.pixels.size(), 54U) << turn;
     EXPECT_LT(miss(corners, board, pose).largest, 0.15) << turn;
+  }
+}
+
+// Larger than what the markers' detector is given at first: of the second board it sees a part.
+TEST(FindBoard, CharucoCornersOfALargePictureLieWhereTheyWereDrawn) {
+  const capture::Board board = board_of(BoardKind::charuco);
+  constexpr int scale = 4;
+  for (const double x : {0.5, 8.0}) {
+    const Rigid pose = pose_of(board, 0.3, 0.1, {x, -0.3, 85.0});
+    const BoardCorners corners = find_board(picture_of(board, pose, 3, scale), board, "large");
+    const Miss one = miss(corners, board, pose, scale);
+    std::printf("%zu corners: RMS %.4f px, largest %.4f px\n", corners.pixels.size(), one.rms,
+                one.largest);
+    EXPECT_EQ(corners.pixels.size() == 54, x < 1.0);
+    EXPECT_LT(one.rms, 0.05);
+    EXPECT_LT(one.largest, 0.15);
   }
 }
 

@@ -1,0 +1,268 @@
+#include "io/image/plain_exr.h"
+
+#include <OpenImageIO/half.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <numeric>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+
+namespace kappamu::io {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view begin_of_file("\x76\x2f\x31\x01\x02\0\0\0", 8);
+constexpr std::uint32_t half_type = 1, float_type = 2;  // of pixels
+
+template <class Number>
+void put(std::string& to, Number value) {
+  to.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class Number>
+Number number_at(const char* from) {
+  Number value{};
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+
+void put_attribute(std::string& to, const std::string& name, const char* type,
+                   const std::string& value) {
+  to.append(name).append(1, '\0').append(type).append(1, '\0');
+  put(to, static_cast<std::uint32_t>(value.size()));
+  to += value;
+}
+
+std::string window_text(int left, int top, int width, int height) {
+  std::string value;
+  for (const int side : {left, top, left + width - 1, top + height - 1}) put(value, side);
+  return value;
+}
+
+bool is_half(const ExrHeader& header, const std::string& channel) {
+  return std::count(header.halves.begin(), header.halves.end(), channel) != 0;
+}
+
+/// Of the channels in the order of their names, which is the file's.
+std::vector<std::size_t> file_order(const ExrHeader& header) {
+  std::vector<std::size_t> order(header.channels.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return header.channels[a] < header.channels[b]; });
+  return order;
+}
+
+std::size_t row_bytes(const ExrHeader& header) {
+  const std::size_t pixel =
+      header.channels.size() * sizeof(float) - header.halves.size() * (sizeof(float) - 2);
+  return pixel * static_cast<std::size_t>(header.data.width);
+}
+
+std::string header_text(const ExrHeader& header) {
+  std::string text(begin_of_file), channels, numbers;
+  for (const std::size_t c : file_order(header)) {
+    const std::string& name = header.channels[c];
+    constexpr std::size_t longest = 31;
+    check(!name.empty() && name.size() <= longest, "EXR channel name " + name);
+    channels.append(name).append(1, '\0');
+    for (const std::uint32_t value : {is_half(header, name) ? half_type : float_type, 0U, 1U, 1U})
+      put(channels, value);
+  }
+  channels += '\0';
+  put(numbers, 1.0F);
+  put_attribute(text, "channels", "chlist", channels);
+  put_attribute(text, "compression", "compression", std::string(1, '\0'));
+  put_attribute(
+      text, "dataWindow", "box2i",
+      window_text(header.data.left, header.data.top, header.data.width, header.data.height));
+  put_attribute(text, "displayWindow", "box2i", window_text(0, 0, header.width, header.height));
+  put_attribute(text, "lineOrder", "lineOrder", std::string(1, '\0'));
+  put_attribute(text, "pixelAspectRatio", "float", numbers);
+  put_attribute(text, "screenWindowCenter", "v2f", std::string(8, '\0'));
+  put_attribute(text, "screenWindowWidth", "float", numbers);
+  for (const auto& [name, value] : header.attributes) put_attribute(text, name, "string", value);
+  return text + '\0';
+}
+
+/// One row [x][channel] as the file has it, channel by channel.
+void pack(const ExrHeader& header, const std::vector<std::size_t>& order, const float* values,
+          char* to) {
+  const std::size_t channels = order.size();
+  for (const std::size_t c : order) {
+    const bool narrow = is_half(header, header.channels[c]);
+    const float* from = values + c;
+    for (int x = 0; x < header.data.width; ++x, from += channels) {
+      if (narrow) {
+        const std::uint16_t bits = half(*from).bits();
+        std::memcpy(to, &bits, sizeof bits);
+        to += sizeof bits;
+      } else {
+        std::memcpy(to, from, sizeof *from);
+        to += sizeof *from;
+      }
+    }
+  }
+}
+
+/// Takes the attributes of a header apart; false where one is not as header_text() writes it.
+class HeaderReader {
+ public:
+  explicit HeaderReader(std::string_view text) : text_(text) {}
+
+  bool read(ExrHeader& header) {
+    if (!text_.starts_with(begin_of_file)) return false;
+    at_ = begin_of_file.size();
+    bool channels = false, data = false, display = false, plain = false, down = false;
+    while (at_ < text_.size() && text_[at_] != '\0') {
+      const std::string name = word(), type = word();
+      if (text_.size() - at_ < 4) return false;
+      const auto size = number_at<std::uint32_t>(&text_[at_]);
+      at_ += 4;
+      if (size > text_.size() - at_) return false;
+      const std::string_view value = text_.substr(at_, size);
+      at_ += size;
+      if (name == "channels") channels = read_channels(value, header);
+      if (name == "dataWindow") data = read_box(value, header.data);
+      if (name == "displayWindow") display = read_box(value, display_);
+      if (name == "compression") plain = value == std::string_view("\0", 1);
+      if (name == "lineOrder") down = value == std::string_view("\0", 1);
+      if (name == "envmap" || name == "tiles" || name == "type") return false;
+      if (type == "string") header.attributes[name] = value;
+    }
+    header.width = display_.width;
+    header.height = display_.height;
+    return at_++ < text_.size() && channels && data && display && plain && down &&
+           display_.left == 0 && display_.top == 0 &&
+           intersection(header.data, display_) == header.data;
+  }
+  std::size_t end() const { return at_; }
+
+ private:
+  std::string word() {
+    const std::size_t end = std::min(text_.find('\0', at_), text_.size());
+    std::string result(text_.substr(at_, end - at_));
+    at_ = std::min(end + 1, text_.size());
+    return result;
+  }
+  static bool read_box(std::string_view value, Region& region) {
+    if (value.size() != 16) return false;
+    std::array<std::int32_t, 4> sides{};
+    std::memcpy(sides.data(), value.data(), value.size());
+    constexpr std::int32_t most = 1 << 16;
+    for (const std::int32_t side : sides)
+      if (side < 0 || side >= most) return false;
+    region = {sides[0], sides[1], sides[2] - sides[0] + 1, sides[3] - sides[1] + 1};
+    return region.width > 0 && region.height > 0;
+  }
+  static bool read_channels(std::string_view value, ExrHeader& header) {
+    constexpr std::size_t described = 16, most = 64;
+    while (value.size() > 1 && header.channels.size() < most) {
+      const std::size_t end = value.find('\0');
+      if (end == 0 || end == std::string_view::npos || value.size() - end - 1 < described)
+        return false;
+      const std::string name(value.substr(0, end));
+      const char* description = value.data() + end + 1;
+      const auto type = number_at<std::uint32_t>(description);
+      const bool whole = number_at<std::uint64_t>(description + 8) == 0x1'0000'0001;
+      const bool sorted = header.channels.empty() || header.channels.back() < name;
+      if ((type != half_type && type != float_type) || !whole || !sorted) return false;
+      header.channels.push_back(name);
+      if (type == half_type) header.halves.push_back(name);
+      value.remove_prefix(end + 1 + described);
+    }
+    return value == std::string_view("\0", 1) && !header.channels.empty();
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  Region display_;
+};
+
+}  // namespace
+
+void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillExrRows& fill) {
+  const std::string text = header_text(header);
+  const std::vector<std::size_t> order = file_order(header);
+  const std::size_t row = row_bytes(header);
+  std::string table;
+  for (std::uint64_t y = 0; y < static_cast<std::uint64_t>(header.data.height); ++y)
+    put(table, text.size() + 8 * static_cast<std::uint64_t>(header.data.height) + y * (8 + row));
+  constexpr int block = 16;
+  const std::size_t values = static_cast<std::size_t>(header.data.width) * order.size();
+  std::vector<float> rows(values * block);
+  std::vector<char> packed((8 + row) * block);
+  write_stream_atomically(file, [&](std::ostream& out) {
+    out << text << table;
+    for (int y = 0; y < header.data.height; y += block) {
+      const int count = std::min(block, header.data.height - y);
+      fill(y, count, rows.data());
+      for (int k = 0; k < count; ++k) {
+        char* to = &packed[static_cast<std::size_t>(k) * (8 + row)];
+        const std::array<std::int32_t, 2> place{header.data.top + y + k,
+                                                static_cast<std::int32_t>(row)};
+        std::memcpy(to, place.data(), sizeof place);
+        pack(header, order, &rows[static_cast<std::size_t>(k) * values], to + sizeof place);
+      }
+      out.write(packed.data(), static_cast<std::streamsize>((8 + row) * count));
+    }
+  });
+}
+
+std::optional<PlainExr> PlainExr::open(const fs::path& file) {
+  constexpr std::size_t longest_header = std::size_t{1} << 16;
+  PlainExr exr;
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(file, error);
+  exr.in_.open(file, std::ios::binary);
+  if (error || !exr.in_) return {};
+  std::string text(std::min<std::uintmax_t>(size, longest_header), '\0');
+  exr.in_.read(text.data(), static_cast<std::streamsize>(text.size()));
+  HeaderReader reader(text);
+  if (!exr.in_ || !reader.read(exr.header_)) return {};
+  const auto rows = static_cast<std::uint64_t>(exr.header_.data.height);
+  const std::uint64_t row = 8 + row_bytes(exr.header_);
+  if (size != reader.end() + rows * (8 + row)) return {};
+  for (std::uint64_t y = 0; y < rows; ++y) exr.places_.push_back(reader.end() + 8 * rows + y * row);
+  std::vector<std::uint64_t> table(rows);
+  exr.in_.seekg(static_cast<std::streamoff>(reader.end()));
+  exr.in_.read(reinterpret_cast<char*>(table.data()), static_cast<std::streamsize>(8 * rows));
+  if (!exr.in_ || table != exr.places_) return {};
+  exr.row_.resize(row);
+  return exr;
+}
+
+bool PlainExr::read(int y, float* values) {
+  in_.seekg(static_cast<std::streamoff>(places_[static_cast<std::size_t>(y)]));
+  if (!in_.read(row_.data(), static_cast<std::streamsize>(row_.size()))) return false;
+  if (number_at<std::int32_t>(row_.data()) != header_.data.top + y ||
+      number_at<std::uint32_t>(&row_[4]) != row_.size() - 8) {
+    return false;
+  }
+  const char* from = &row_[8];
+  const std::size_t channels = header_.channels.size();
+  for (std::size_t c = 0; c < channels; ++c) {
+    const bool narrow = is_half(header_, header_.channels[c]);
+    float* to = values + c;
+    for (int x = 0; x < header_.data.width; ++x, to += channels) {
+      if (narrow) {
+        half value;
+        value.setBits(number_at<std::uint16_t>(from));
+        *to = value;
+      } else {
+        *to = number_at<float>(from);
+      }
+      from += narrow ? 2 : 4;
+    }
+  }
+  return true;
+}
+
+}  // namespace kappamu::io

@@ -1,0 +1,36 @@
+// EXR files without compression, written and read row by row: what a merge writes and a report
+// looks into may be larger than memory allows as a whole (OpenEXR file layout, version 2, scan
+// lines of one part).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <vector>
+
+#include "io/image/exr.h"
+
+namespace kappamu::io {
+
+void write_plain_exr(const std::filesystem::path& file, const ExrHeader& header,
+                     const FillExrRows& fill);
+
+class PlainExr {
+ public:
+  /// Nothing of a file that is not laid out as write_plain_exr() does: OpenEXR's reader may take
+  /// it.
+  static std::optional<PlainExr> open(const std::filesystem::path& file);
+
+  const ExrHeader& header() const { return header_; }
+  /// Row `y` of the data window, [x][channel]. False where the file is damaged.
+  bool read(int y, float* values);
+
+ private:
+  std::ifstream in_;
+  ExrHeader header_;
+  std::vector<std::uint64_t> places_;  ///< of the rows
+  std::vector<char> row_;
+};
+
+}  // namespace kappamu::io

@@ -1,0 +1,93 @@
+// EXR files that are written row by row without compression: OpenEXR reads from them what we do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+
+#include "io/image/exr.h"
+#include "io/image/image_file.h"
+#include "io/image/plain_exr.h"
+#include "tests/io/support.h"
+
+namespace kappamu::io {
+namespace {
+
+using testing::HasSubstr;
+
+using Values = std::map<std::string, std::vector<float>>;
+
+class OwnExr : public FolderTest {
+ protected:
+  /// A part of a picture of 40 x 30 pixels; the flags have 16 bits.
+  std::filesystem::path write() {
+    ExrHeader header{{8, 4, 24, 17}, 40, 30, {"R", "variance.R", "flags.R", "G", "B"}, {}};
+    header.halves = {"flags.R"};
+    header.attributes["notes"] = "one\ntwo";
+    const auto fill = [&](int first, int rows, float* values) {
+      for (int k = 0; k < rows * 24; ++k) {
+        for (std::size_t c = 0; c < 5; ++c) {
+          const float value = static_cast<float>(first * 24 + k) + 1000.0F * static_cast<float>(c);
+          *values++ = c == 2 ? static_cast<float>(k % 8) : value * 1.1F;
+        }
+      }
+    };
+    const auto file = folder_ / "a.exr";
+    write_exr_rows(file, header, fill, ExrPacking::plain);
+    return file;
+  }
+  static Values values_of(const std::filesystem::path& file, int step = 1) {
+    Values values;
+    const auto open = [&](const ExrHeader& header) -> TakeExrRows {
+      EXPECT_EQ(header.data, (Region{8, 4, 24, 17}));
+      EXPECT_EQ(header.width, 40);
+      EXPECT_EQ(header.attributes.at("notes"), "one\ntwo");
+      return [&values, names = header.channels](int, int rows, const float* from) {
+        for (int k = 0; k < rows * 24; ++k)
+          for (const std::string& name : names) values[name].push_back(*from++);
+      };
+    };
+    read_exr_rows(file, open, {}, [&](const ExrHeader&) { return step; });
+    return values;
+  }
+};
+
+TEST_F(OwnExr, IsReadByOpenExrAlike) {
+  const auto file = write();
+  ASSERT_TRUE(PlainExr::open(file));
+  const Values own = values_of(file);
+  EXPECT_EQ(own.at("flags.R")[15], 7.0F);
+  EXPECT_EQ(own.at("G").back(), (17.0F * 24.0F - 1.0F + 3000.0F) * 1.1F);
+  const Image<float> colours = read_float_image(file);  // the display window, by OpenEXR
+  EXPECT_EQ(colours.width(), 40);
+  EXPECT_EQ(colours(8 + 23, 4 + 16, 1), own.at("G").back());
+  // A byte more, and it is no longer laid out as ours are: OpenEXR reads it.
+  std::ofstream(file, std::ios::binary | std::ios::app) << '\0';
+  ASSERT_FALSE(PlainExr::open(file));
+  EXPECT_EQ(values_of(file), own);
+  const Values fifth = values_of(file, 5);
+  write();
+  EXPECT_EQ(values_of(file, 5), fifth);
+  EXPECT_EQ(fifth.at("G").size(), 4U * 24U);
+  EXPECT_EQ(fifth.at("G").back(), own.at("G")[15 * 24 + 23]);
+}
+
+TEST_F(OwnExr, DamageIsRefused) {
+  const auto file = write();
+  const auto size = std::filesystem::file_size(file);
+  for (const std::uintmax_t left : {size - 1, size / 2, std::uintmax_t{200}}) {
+    write();
+    std::filesystem::resize_file(file, left);
+    EXPECT_THAT(sentence_of([&] { values_of(file); }), HasSubstr("a.exr: "));
+  }
+  write();
+  std::fstream out(file, std::ios::binary | std::ios::in | std::ios::out);
+  out.seekp(static_cast<std::streamoff>(size - (8 + 24 * 18)));  // the last row's own number
+  out << '\x7F';
+  out.close();
+  EXPECT_THAT(sentence_of([&] { values_of(file); }), HasSubstr("truncated or damaged EXR file"));
+}
+
+}  // namespace
+}  // namespace kappamu::io
