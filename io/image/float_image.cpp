@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -126,6 +127,19 @@ Light light_of(OiioInput& input, const fs::path& file) {
   return lights.front();
 }
 
+/// Refuses R, G, B whose primaries and white, as x and y each, are far from those of sRGB.
+/// Radiance's own, with white at (1/3, 1/3), are near; those of Display P3 and ACES are not.
+void require_srgb_primaries(const fs::path& file, std::span<const float> found) {
+  constexpr std::array<float, 8> srgb{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
+  constexpr float near = 0.025F;
+  for (std::size_t i = 0; i < srgb.size(); ++i) {
+    if (found.size() == srgb.size() && std::abs(found[i] - srgb[i]) <= near) continue;
+    refuse(file,
+           "its R, G, B have other primaries than those of sRGB; convert it to linear sRGB "
+           "(Rec. 709)");
+  }
+}
+
 /// Why OpenImageIO does not open an EXR.
 std::string refusal(const OiioInput& input) {
   if (input.error().find("ubsampled") != std::string::npos) {
@@ -147,6 +161,11 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
     refuse(file, "a cube map; convert it to a latitude-longitude picture");
   }
   const auto channels = static_cast<int>(light.channels.size());
+  std::array<float, 8> primaries{};
+  if (channels == 3 && spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8),
+                                         primaries.data())) {
+    require_srgb_primaries(file, primaries);
+  }
   for (const int channel : light.channels) {
     if (!spec.channelformat(channel).is_floating_point()) {
       refuse(file, "its channels hold whole numbers (UINT); write them as HALF or FLOAT");
@@ -191,6 +210,12 @@ std::array<double, 3> radiance_factors(const fs::path& file, std::string_view he
     const std::string_view text = line;
     if (text.starts_with("FORMAT=") && text.find("32-bit_rle_rgbe") == std::string_view::npos) {
       refuse(file, "a Radiance picture of other than 32-bit_rle_rgbe; convert it to R, G, B");
+    }
+    if (text.starts_with("PRIMARIES=")) {
+      std::istringstream numbers = text_reader(line.substr(line.find('=') + 1));
+      std::vector<float> primaries;
+      for (float number; numbers >> number;) primaries.push_back(number);
+      require_srgb_primaries(file, primaries);
     }
     const bool exposure = text.starts_with("EXPOSURE=");
     if (!exposure && !text.starts_with("COLORCORR=")) continue;

@@ -121,6 +121,11 @@ TEST_F(FloatImage, WhatIsNoLightIsRefusedWithTheReason) {
   PlainExr deep{rgb};
   deep.deep = true;
   EXPECT_THAT(refusal({deep}), AllOf(HasSubstr("deep"), testing::Not(HasSubstr("damaged"))));
+  PlainExr aces{rgb};  // AP1, as compositors write it
+  aces.chromaticities = {0.713F, 0.293F, 0.165F, 0.83F, 0.128F, 0.044F, 0.32168F, 0.33767F};
+  EXPECT_THAT(refusal({aces}), HasSubstr("other primaries than those of sRGB"));
+  aces.chromaticities = {0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
+  EXPECT_EQ(read({aces}).channels(), 3);
 }
 
 TEST_F(FloatImage, RadiancePicturesGiveRadiance) {
@@ -141,6 +146,12 @@ TEST_F(FloatImage, RadiancePicturesGiveRadiance) {
   EXPECT_THAT(sentence_of([&] { read_hdr("FORMAT=32-bit_rle_xyze\n", "-Y 2 +X 3"); }),
               HasSubstr("other than 32-bit_rle_rgbe"));
   EXPECT_THAT(sentence_of([&] { read_hdr(format, "+X 3 -Y 2"); }), HasSubstr("column by column"));
+  // Radiance's own primaries, and those of Display P3.
+  read_hdr("PRIMARIES= .64 .33 .29 .60 .15 .06 .3333 .3333\n" + format, "-Y 2 +X 3");
+  EXPECT_THAT(sentence_of([&] {
+                read_hdr("PRIMARIES= .68 .32 .265 .69 .15 .06 .3127 .329\n" + format, "-Y 2 +X 3");
+              }),
+              HasSubstr("other primaries than those of sRGB"));
   EXPECT_THAT(sentence_of([&] { read_hdr(format, "-Y 20 +X 3"); }), HasSubstr("truncated"));
 }
 
