@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <string>
 
 #include "core/error.h"
@@ -28,16 +29,18 @@ namespace {
 }
 
 /// The pages that are neither previews nor masks (NewSubfileType, TIFF 6.0, section 8); of a single
-/// page that one.
-std::vector<int> full_pages(OiioInput& input, const fs::path& file) {
+/// page that one, unless the full picture lies in a directory below it (SubIFDs, TIFF/EP).
+std::vector<int> full_pages(OiioInput& input, const fs::path& file,
+                            std::span<const std::byte> bytes) {
   constexpr int reduced = 1, mask = 4;
+  constexpr std::uint64_t sub_directories = 330;
   std::vector<int> full;
   int pages = 0;
   for (; input.select(pages); ++pages) {
     const int type = input.spec().get_int_attribute("tiff:subfiletype", 0);
     if ((type & (reduced | mask)) == 0) full.push_back(pages);
   }
-  if (full.empty() && pages > 1) {
+  if (full.empty() && (pages > 1 || tiff_number(bytes, sub_directories))) {
     reject(file, "holds previews and masks only; save the full picture");
   }
   if (full.empty()) full.push_back(0);
@@ -45,8 +48,9 @@ std::vector<int> full_pages(OiioInput& input, const fs::path& file) {
 }
 
 /// Goes to page `page` of the full ones; without one, to the only one.
-void select_page(OiioInput& input, const fs::path& file, std::optional<std::size_t> page = {}) {
-  const std::vector<int> full = full_pages(input, file);
+void select_page(OiioInput& input, const fs::path& file, std::span<const std::byte> bytes,
+                 std::optional<std::size_t> page = {}) {
+  const std::vector<int> full = full_pages(input, file, bytes);
   if (!page && full.size() > 1) {
     reject(file, "holds " + std::to_string(full.size()) +
                      " full pictures (pages); save the one that is meant as a file of its own");
@@ -199,7 +203,7 @@ auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act)
   }
   OiioInput input(file, bytes);
   if (!input.opened()) reject_undecoded(file, kind);
-  if (kind == ImageKind::tiff) select_page(input, file);
+  if (kind == ImageKind::tiff) select_page(input, file, bytes);
   check_colours(input.spec(), file);
   check_channels(input.spec(), file);
   const int bits = bits_of(input.spec(), file);
@@ -267,20 +271,21 @@ Image<float> selected_floats(OiioInput& input, const fs::path& file, std::size_t
 Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& bytes,
                               const SizeCheck& expected) {
   return with_tiff(file, bytes, [&](OiioInput& input) {
-    select_page(input, file);
+    select_page(input, file, bytes);
     return selected_floats(input, file, bytes.size(), expected);
   });
 }
 
 std::size_t count_tiff_pages(const fs::path& file) {
   std::vector<std::byte> bytes = tiff_bytes(file);
-  return with_tiff(file, bytes, [&](OiioInput& input) { return full_pages(input, file).size(); });
+  return with_tiff(file, bytes,
+                   [&](OiioInput& input) { return full_pages(input, file, bytes).size(); });
 }
 
 Image<float> read_tiff_page(const fs::path& file, std::size_t page) {
   std::vector<std::byte> bytes = tiff_bytes(file);
   return with_tiff(file, bytes, [&](OiioInput& input) {
-    select_page(input, file, page);
+    select_page(input, file, bytes, page);
     if (input.spec().format.is_floating_point()) {
       return selected_floats(input, file, bytes.size(), {});
     }
