@@ -99,6 +99,9 @@ std::vector<fs::path> photographs_below(const PhotographSource& source, Progress
                        "the link out");
     } else if (fs::is_directory(path, error)) {
       folders.add(path);
+      if (entry->is_symlink() && source.links == Links::within) {
+        require_inside(folder, path.lexically_relative(folder));  // before all that lies there
+      }
     } else if (fs::is_regular_file(path, error) && is_photograph(path) &&
                !is_projected(path, source.plan)) {
       files.push_back(path);
