@@ -151,7 +151,7 @@ std::string refusal(const OiioInput& input) {
 }
 
 Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
-                            const SizeCheck& expected) {
+                            const SizeCheck& expected, Primaries wanted) {
   OiioInput input(file, bytes);
   if (!input.opened()) refuse(file, refusal(input));
   const Light light = light_of(input, file);
@@ -203,7 +203,8 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
 
 /// By what the header's lines say that the radiance was multiplied, R, G, B (Radiance file formats:
 /// EXPOSURE and COLORCORR, each the product of all its lines).
-std::array<double, 3> radiance_factors(const fs::path& file, std::string_view header) {
+std::array<double, 3> radiance_factors(const fs::path& file, std::string_view header,
+                                       Primaries wanted) {
   std::array<double, 3> factors{1.0, 1.0, 1.0};
   std::istringstream lines = text_reader(std::string(header));
   for (std::string line; std::getline(lines, line);) {
@@ -211,7 +212,7 @@ std::array<double, 3> radiance_factors(const fs::path& file, std::string_view he
     if (text.starts_with("FORMAT=") && text.find("32-bit_rle_rgbe") == std::string_view::npos) {
       refuse(file, "a Radiance picture of other than 32-bit_rle_rgbe; convert it to R, G, B");
     }
-    if (text.starts_with("PRIMARIES=")) {
+    if (wanted == Primaries::srgb && text.starts_with("PRIMARIES=")) {
       std::istringstream numbers = text_reader(line.substr(line.find('=') + 1));
       std::vector<float> primaries;
       for (float number; numbers >> number;) primaries.push_back(number);
@@ -233,10 +234,10 @@ std::array<double, 3> radiance_factors(const fs::path& file, std::string_view he
 }
 
 Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& bytes,
-                                 const SizeCheck& expected) {
+                                 const SizeCheck& expected, Primaries wanted) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::array<double, 3> factors =
-      radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())));
+      radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())), wanted);
   OiioInput input(file, bytes);
   if (!input.opened())
     refuse(file, "truncated, damaged or unusual Radiance picture; write or copy it again");
@@ -270,13 +271,14 @@ bool is_float_image(const fs::path& file) {
   return fs::is_regular_file(file, ignored) && is_float_tiff(read_bytes(file, largest_image_file));
 }
 
-Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
+Image<float> read_float_image(const fs::path& file, const SizeCheck& expected,
+                              Primaries primaries) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   switch (image_kind(bytes)) {
     case ImageKind::exr:
-      return read_exr_light(file, bytes, expected);
+      return read_exr_light(file, bytes, expected, primaries);
     case ImageKind::radiance:
-      return read_radiance_light(file, bytes, expected);
+      return read_radiance_light(file, bytes, expected, primaries);
     case ImageKind::tiff:
       return read_tiff_floats(file, bytes, expected);
     default:
