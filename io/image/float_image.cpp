@@ -162,8 +162,9 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
   }
   const auto channels = static_cast<int>(light.channels.size());
   std::array<float, 8> primaries{};
-  if (channels == 3 && spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8),
-                                         primaries.data())) {
+  if (wanted == Primaries::srgb && channels == 3 &&
+      spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8),
+                        primaries.data())) {
     require_srgb_primaries(file, primaries);
   }
   for (const int channel : light.channels) {
