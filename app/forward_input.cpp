@@ -8,7 +8,6 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/numbers/coefficient_bounds.h"
-#include "core/shown_text.h"
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
@@ -100,11 +99,8 @@ Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Fac
         std::to_string(i / face.cells()) + ", v=" + std::to_string(i % face.cells() / wanted[1]) +
         " u=" + std::to_string(i % wanted[1]) + "; it must be finite and not negative");
   }
-  const float brightest = *std::max_element(array.values.begin(), array.values.end());
-  if (brightest > 0.0F && (brightest < least_light || brightest > most_light)) {
-    throw InputError(files.irradiance + ": irradiance is at most " + shown_number(brightest, "%g") +
-                     ", beyond 1e-20 to 1e20; state it in another unit");
-  }
+  require_usual_light(*std::max_element(array.values.begin(), array.values.end()),
+                      files.irradiance);
   return {static_cast<int>(shape[0]), {array.values.begin(), array.values.end()}};
 }
 

@@ -67,8 +67,10 @@ std::string inputs_of(const std::string& text, const render::Scene& scene, const
       continue;
     }
     std::vector<fs::path> inside;
-    for (const auto& entry : fs::recursive_directory_iterator(files[i])) {
-      if (entry.is_regular_file()) inside.push_back(entry.path());
+    std::error_code ignored;
+    const auto links = fs::directory_options::follow_directory_symlink;
+    for (const auto& entry : fs::recursive_directory_iterator(files[i], links)) {
+      if (entry.is_regular_file(ignored)) inside.push_back(entry.path());
     }
     std::sort(inside.begin(), inside.end());
     for (const fs::path& file : inside) print.add_file(file);

@@ -47,12 +47,7 @@ void validate_one(const Volume<double>& volume, const char* name, double least, 
 }  // namespace
 
 void validate(const Medium& medium, const std::string& source) {
-  const double edge = medium.kappa.shape().voxel_mm;
-  if (!(edge >= least_voxel_mm && edge <= most_voxel_mm)) {
-    throw InputError(source +
-                     formatted(": the voxels' edge is %g mm; it must lie between %g and %g", edge,
-                               least_voxel_mm, most_voxel_mm));
-  }
+  require_usual_voxel(medium.kappa.shape().voxel_mm, source);
   validate_one(medium.kappa, "kappa", least_kappa,
                "every kappa must be positive, from 1e-9 to 1e9 mm", source);
   validate_one(medium.mu, "mu", 0.0, "every mu must be finite and not negative, at most 1e9 /mm",

@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/numbers/coefficient_bounds.h"
-#include "core/shown_text.h"
 
 namespace kappamu {
 
@@ -43,8 +42,7 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
   const auto fail = [&](const std::string& what) { throw InputError(source + ": " + what); };
   if (m.grid.nx < 1 || m.grid.ny < 1 || m.grid.nz < 1)
     fail("grid must have at least one voxel along each axis");
-  if (!(m.grid.voxel_mm >= least_voxel_mm && m.grid.voxel_mm <= most_voxel_mm))
-    fail("voxel_mm must be positive, from 1e-6 to 1e6 mm");
+  require_usual_voxel(m.grid.voxel_mm, source);
   if (!(m.eta >= 1.0) || m.eta > 4.0) fail("eta must lie between 1 and 4");
   if (m.channels.empty()) fail("channels must name at least one channel");
   for (const std::string& channel : m.channels) {
@@ -87,10 +85,7 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
   if (brightest == 0.0F) {
     fail("irradiance is zero everywhere; at least one pattern must light the sample");
   }
-  if (brightest < least_light || brightest > most_light) {
-    fail("irradiance is at most " + shown_number(brightest, "%g") +
-         ", beyond 1e-20 to 1e20; state it in another unit");
-  }
+  require_usual_light(brightest, source);
   std::size_t used = 0;
   for (std::size_t i = 0; i < seen; ++i) {
     const bool is_lit = !m.lit.empty() && m.lit[i] != 0;

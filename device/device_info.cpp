@@ -123,6 +123,12 @@ Choice choose(const std::vector<DeviceInfo>& devices, const std::string& wanted)
     }
     names += (i == 0 ? "" : ", ") + full;
   }
+  if (wanted == "reference") {
+    throw InputError(
+        "what is asked for is computed by OpenCL alone, not on the device reference; "
+        "leave the device to auto, or choose another model or method",
+        {{"device", "auto"}});
+  }
   throw InputError("no OpenCL device matches '" + wanted + "' (there is: " + names + ")" + advice,
                    keys);
 }

@@ -36,8 +36,9 @@ class RecordingProgress : public Progress {
 bool is_without_files(const fs::path& folder) {
   std::error_code error;
   const fs::recursive_directory_iterator entries(folder, error);
-  return std::none_of(begin(entries), end(entries),
-                      [](const auto& entry) { return !entry.is_directory(); });
+  return std::none_of(begin(entries), end(entries), [](const auto& entry) {
+    return entry.is_symlink() || !entry.is_directory();
+  });
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ class Walk {
     for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
       if (known.contains(entry->path())) {
         entry.disable_recursion_pending();
-      } else if (!entry->is_directory() || entry->is_symlink()) {
+      } else if (entry->is_symlink() || !entry->is_directory()) {  // a link may lead round
         add(What::foreign, entry->path());
       } else if (has_record(entry->path())) {
         entry.disable_recursion_pending();

@@ -18,7 +18,7 @@ double srgb_decoded(double encoded) {
 Image<float> read_linear_image(const std::filesystem::path& file) {
   Image<float> read;
   if (io::is_float_image(file)) {
-    read = io::read_float_image(file);
+    read = io::read_float_image(file, {}, io::Primaries::srgb);
   } else {
     read = io::read_relative_image(file);
     for (float& code : read.values()) code = static_cast<float>(srgb_decoded(code));

@@ -19,6 +19,7 @@
 #include "app/options/fit_options.h"
 #include "core/appearance_error.h"
 #include "core/error.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
@@ -184,6 +185,7 @@ Fit::Fit(const FitArguments& arguments, bool steps)
                        ": seen_faces lists two faces, and kappamu-mpi fits one; use kappamu fit");
     }
   });
+  require_usual_voxel(header_.grid.voxel_mm, folder_.string());
   masked_ = fs::exists(folder_ / "mask.npy");
   const auto shape = npy_shape(comm, folder_ / "irradiance.npy");
   if (shape.size() != 3 || shape.front() == 0) {
@@ -238,14 +240,14 @@ SurfaceMeasurements Fit::read_channel(std::size_t channel) const {
 
 /// As validate() of whole measurements, each rank its part.
 void Fit::require_usable(const SurfaceMeasurements& piece) const {
-  double light = 0.0;
+  float brightest = 0.0F;
   together(comm, [&] {
     const auto fail = [&](const std::string& what) {
       throw InputError(folder_.string() + ": " + what);
     };
     for (const float e : piece.irradiance) {
       if (!std::isfinite(e) || e < 0.0F) fail("irradiance has a negative or non-finite value");
-      light += e;
+      brightest = std::max(brightest, e);
     }
     for (std::size_t i = 0; i < piece.value.size(); ++i) {
       if (!piece.mask.empty() && piece.mask[i] == 0) continue;
@@ -257,10 +259,12 @@ void Fit::require_usable(const SurfaceMeasurements& piece) const {
       }
     }
   });
-  if (pieces_->sum(light) == 0.0) {
+  brightest = static_cast<float>(largest(comm, brightest));
+  if (brightest == 0.0F) {
     throw InputError(folder_.string() +
                      ": irradiance is zero everywhere; at least one pattern must light the sample");
   }
+  require_usual_light(brightest, folder_.string());
 }
 
 /// By the light of the whole face, as the single machine does.

@@ -16,6 +16,7 @@
 #include "app/options/block_options.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "forward/distributed/distributed_solver.h"
@@ -67,20 +68,19 @@ Medium read_medium(const BlockPieces& pieces, const ForwardArguments& arguments)
                 {shape, read_part(pieces.comm(), arguments.mu, part)}};
   together(pieces.comm(), [&] {
     const auto& first = pieces.held().begin;
-    const auto require = [&](const Volume<double>& volume, const std::string& file, bool zero) {
+    const auto require = [&](const Volume<double>& volume, const std::string& file, double least,
+                             const char* rule) {
       for (std::size_t i = 0; i < volume.size(); ++i) {
         const double value = volume[i];
-        if (std::isfinite(value) && (value > 0.0 || (zero && value == 0.0))) continue;
+        if (value >= least && value <= most_coefficient) continue;
         const auto nx = static_cast<std::size_t>(shape.nx), ny = static_cast<std::size_t>(shape.ny);
-        throw InputError(file + formatted(": %g at voxel x=%zu y=%zu z=%zu; it must be finite and "
-                                          "%s",
-                                          value, i % nx + first[0], i / nx % ny + first[1],
-                                          i / nx / ny + first[2],
-                                          zero ? "not negative" : "positive"));
+        throw InputError(file + formatted(": %g at voxel x=%zu y=%zu z=%zu; it must be %s", value,
+                                          i % nx + first[0], i / nx % ny + first[1],
+                                          i / nx / ny + first[2], rule));
       }
     };
-    require(medium.kappa, arguments.kappa, false);
-    require(medium.mu, arguments.mu, true);
+    require(medium.kappa, arguments.kappa, least_kappa, "positive, from 1e-9 to 1e9 mm");
+    require(medium.mu, arguments.mu, 0.0, "finite and not negative, at most 1e9 /mm");
   });
   return medium;
 }
@@ -99,6 +99,8 @@ std::vector<double> read_light(const BlockPieces& pieces, const std::string& fil
                        "; it must be finite and not negative");
     }
   });
+  const double brightest = light.empty() ? 0.0 : *std::max_element(light.begin(), light.end());
+  require_usual_light(static_cast<float>(largest(pieces.comm(), brightest)), file);
   const FaceShape face = face_shape(pieces.piece().shape, lit);
   for (std::size_t k = 0; k < light.size(); ++k) {
     const int in_face = static_cast<int>(k % face.cells());
@@ -189,6 +191,7 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
   on_first(comm, [&] { pipeline::require_as_written(inputs); });
   const GridSetup setup = setup_of(arguments);
   validate(setup);
+  require_usual_voxel(setup.shape.voxel_mm, arguments.kappa);
   const auto pieces = std::make_shared<BlockPieces>(comm, setup);
   const Medium medium = read_medium(*pieces, arguments);
   ForwardRun run{"multigrid", setup, {}, 1};

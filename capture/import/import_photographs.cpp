@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
 #include <regex>
 #include <set>
 #include <string>
@@ -61,6 +62,21 @@ bool is_projected(const fs::path& file, const fs::path& plan) {
   return !plan.empty() && file.parent_path().filename() == "patterns" && same_content(file, shown);
 }
 
+/// Throws where one photograph, or all of a folder, would be read twice by way of a link.
+class ReadOnce {
+ public:
+  void add(const fs::path& path) {
+    const auto [other, added] = read_.emplace(fs::canonical(path), path);
+    if (added) return;
+    throw InputError(path.string() + ": is read already as " + other->second.string() +
+                     ", one of the two by a symbolic link; take the link out");
+  }
+
+ private:
+  std::map<fs::path, fs::path> read_;
+};
+
+/// The folder's files, those of folders that are links too.
 std::vector<fs::path> photographs_below(const PhotographSource& source, Progress& progress) {
   const fs::path& folder = source.folder;
   std::error_code error;
@@ -69,13 +85,26 @@ std::vector<fs::path> photographs_below(const PhotographSource& source, Progress
   }
   std::vector<fs::path> files;
   int hidden = 0;
-  for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
-    if (is_hidden(entry->path())) {
-      if (entry->is_directory()) entry.disable_recursion_pending();
+  ReadOnce folders, once;
+  folders.add(folder);
+  const auto links = fs::directory_options::follow_directory_symlink;
+  for (fs::recursive_directory_iterator entry(folder, links), end; entry != end; ++entry) {
+    const fs::path& path = entry->path();
+    if (is_hidden(path)) {
+      entry.disable_recursion_pending();
       ++hidden;
-    } else if (entry->is_regular_file() && is_photograph(entry->path()) &&
-               !is_projected(entry->path(), source.plan)) {
-      files.push_back(entry->path());
+    } else if (!fs::exists(path, error)) {
+      throw InputError(path.string() +
+                       ": is a symbolic link that leads nowhere; put back what it leads to or take "
+                       "the link out");
+    } else if (fs::is_directory(path, error)) {
+      folders.add(path);
+      if (entry->is_symlink() && source.links == Links::within) {
+        require_inside(folder, path.lexically_relative(folder));  // before all that lies there
+      }
+    } else if (fs::is_regular_file(path, error) && is_photograph(path) &&
+               !is_projected(path, source.plan)) {
+      files.push_back(path);
     }
   }
   if (hidden > 0) {
@@ -83,6 +112,7 @@ std::vector<fs::path> photographs_below(const PhotographSource& source, Progress
                   " hidden files and folders are ignored.");
   }
   std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) once.add(file);
   // A camera set to RAW + JPEG writes both under one name.
   std::set<fs::path> raw_stems;
   for (const fs::path& file : files) {

@@ -42,8 +42,11 @@ std::vector<std::string> named_files(const Session& session) {
 
 bool leads_inside(const fs::path& folder, const fs::path& file) {
   std::error_code error;
-  const fs::path inside = fs::weakly_canonical(folder / file, error)
-                              .lexically_relative(fs::weakly_canonical(folder, error));
+  const fs::path target = fs::weakly_canonical(folder / file, error);
+  // A link round in a circle leads to nothing that could be read.
+  if (error == std::errc::too_many_symbolic_link_levels) return true;
+  if (error) return false;
+  const fs::path inside = target.lexically_relative(fs::weakly_canonical(folder, error));
   return !error && !inside.empty() && *inside.begin() != "..";
 }
 

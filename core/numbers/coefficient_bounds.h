@@ -1,6 +1,8 @@
 // Which numbers are taken for those of a material, its voxels and its light.
 #pragma once
 
+#include <string>
+
 namespace kappamu {
 
 /// κ [mm] lies between the two, μ [1/mm] below the second. Beyond, squares leave the range of
@@ -13,5 +15,9 @@ inline constexpr double least_voxel_mm = 1e-6, most_voxel_mm = 1e6;
 /// Largest irradiance of all patterns, in the user's unit: light a million times dimmer and
 /// brighter is still a float.
 inline constexpr float least_light = 1e-20F, most_light = 1e20F;
+
+/// Throw InputError "<source>: ..." beyond these bounds. Light that is zero everywhere passes.
+void require_usual_voxel(double voxel_mm, const std::string& source);
+void require_usual_light(float brightest, const std::string& source);
 
 }  // namespace kappamu

@@ -10,4 +10,9 @@ std::string shared(MPI_Comm comm, std::string text) {
   return text;
 }
 
+double largest(MPI_Comm comm, double value) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_MAX, comm);
+  return value;
+}
+
 }  // namespace kappamu::forward::distributed

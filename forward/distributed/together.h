@@ -52,4 +52,7 @@ void on_first(MPI_Comm comm, const Work& work) {
 /// Of the first rank, on all.
 std::string shared(MPI_Comm comm, std::string text);
 
+/// Of all ranks' values.
+double largest(MPI_Comm comm, double value);
+
 }  // namespace kappamu::forward::distributed

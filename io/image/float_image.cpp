@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -126,6 +127,19 @@ Light light_of(OiioInput& input, const fs::path& file) {
   return lights.front();
 }
 
+/// Refuses R, G, B whose primaries and white, as x and y each, are far from those of sRGB.
+/// Radiance's own, with white at (1/3, 1/3), are near; those of Display P3 and ACES are not.
+void require_srgb_primaries(const fs::path& file, std::span<const float> found) {
+  constexpr std::array<float, 8> srgb{0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
+  constexpr float near = 0.025F;
+  for (std::size_t i = 0; i < srgb.size(); ++i) {
+    if (found.size() == srgb.size() && std::abs(found[i] - srgb[i]) <= near) continue;
+    refuse(file,
+           "its R, G, B have other primaries than those of sRGB; convert it to linear sRGB "
+           "(Rec. 709)");
+  }
+}
+
 /// Why OpenImageIO does not open an EXR.
 std::string refusal(const OiioInput& input) {
   if (input.error().find("ubsampled") != std::string::npos) {
@@ -137,7 +151,7 @@ std::string refusal(const OiioInput& input) {
 }
 
 Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
-                            const SizeCheck& expected) {
+                            const SizeCheck& expected, Primaries wanted) {
   OiioInput input(file, bytes);
   if (!input.opened()) refuse(file, refusal(input));
   const Light light = light_of(input, file);
@@ -147,6 +161,12 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
     refuse(file, "a cube map; convert it to a latitude-longitude picture");
   }
   const auto channels = static_cast<int>(light.channels.size());
+  std::array<float, 8> primaries{};
+  if (wanted == Primaries::srgb && channels == 3 &&
+      spec.getattribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8),
+                        primaries.data())) {
+    require_srgb_primaries(file, primaries);
+  }
   for (const int channel : light.channels) {
     if (!spec.channelformat(channel).is_floating_point()) {
       refuse(file, "its channels hold whole numbers (UINT); write them as HALF or FLOAT");
@@ -184,13 +204,20 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
 
 /// By what the header's lines say that the radiance was multiplied, R, G, B (Radiance file formats:
 /// EXPOSURE and COLORCORR, each the product of all its lines).
-std::array<double, 3> radiance_factors(const fs::path& file, std::string_view header) {
+std::array<double, 3> radiance_factors(const fs::path& file, std::string_view header,
+                                       Primaries wanted) {
   std::array<double, 3> factors{1.0, 1.0, 1.0};
   std::istringstream lines = text_reader(std::string(header));
   for (std::string line; std::getline(lines, line);) {
     const std::string_view text = line;
     if (text.starts_with("FORMAT=") && text.find("32-bit_rle_rgbe") == std::string_view::npos) {
       refuse(file, "a Radiance picture of other than 32-bit_rle_rgbe; convert it to R, G, B");
+    }
+    if (wanted == Primaries::srgb && text.starts_with("PRIMARIES=")) {
+      std::istringstream numbers = text_reader(line.substr(line.find('=') + 1));
+      std::vector<float> primaries;
+      for (float number; numbers >> number;) primaries.push_back(number);
+      require_srgb_primaries(file, primaries);
     }
     const bool exposure = text.starts_with("EXPOSURE=");
     if (!exposure && !text.starts_with("COLORCORR=")) continue;
@@ -208,10 +235,10 @@ std::array<double, 3> radiance_factors(const fs::path& file, std::string_view he
 }
 
 Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& bytes,
-                                 const SizeCheck& expected) {
+                                 const SizeCheck& expected, Primaries wanted) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const std::array<double, 3> factors =
-      radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())));
+      radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())), wanted);
   OiioInput input(file, bytes);
   if (!input.opened())
     refuse(file, "truncated, damaged or unusual Radiance picture; write or copy it again");
@@ -245,13 +272,14 @@ bool is_float_image(const fs::path& file) {
   return fs::is_regular_file(file, ignored) && is_float_tiff(read_bytes(file, largest_image_file));
 }
 
-Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
+Image<float> read_float_image(const fs::path& file, const SizeCheck& expected,
+                              Primaries primaries) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   switch (image_kind(bytes)) {
     case ImageKind::exr:
-      return read_exr_light(file, bytes, expected);
+      return read_exr_light(file, bytes, expected, primaries);
     case ImageKind::radiance:
-      return read_radiance_light(file, bytes, expected);
+      return read_radiance_light(file, bytes, expected, primaries);
     case ImageKind::tiff:
       return read_tiff_floats(file, bytes, expected);
     default:

@@ -31,13 +31,18 @@ Image<float> read_relative_image(const std::filesystem::path& file);
 /// of floats.
 bool is_float_image(const std::filesystem::path& file);
 
+/// Primaries and white that an EXR or Radiance picture may state for its R, G, B: those of a
+/// camera's channels are its own, colours of a scene are those of sRGB.
+enum class Primaries { any, srgb };
+
 /// Linear EXR, Radiance or float TIFF picture: R, G, B, or one channel of grey. Of an EXR's parts
 /// and layers the one that holds R, G, B (if there are several, the one without a name of its own,
 /// "rgb", "rgba", "beauty" or "combined"), else grey (Y, L, luminance, ...); the display window,
 /// black where the data window does not reach. Of a Radiance picture the radiance, exposure and
 /// colour correction taken out. Throws InputError naming the file, and the channels where none of
-/// them is light; for deep EXR, luminance/chroma EXR and cube maps.
-Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {});
+/// them is light; for deep EXR, luminance/chroma EXR, cube maps and other than `primaries`.
+Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {},
+                              Primaries primaries = Primaries::any);
 
 /// PNG or TIFF by the file's extension (.png, .tif, .tiff), one or three channels, lossless.
 void write_image(const std::filesystem::path& file, const Image<std::uint8_t>& image);

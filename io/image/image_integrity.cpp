@@ -228,6 +228,7 @@ Integrity check_integrity(Bytes bytes) {
 
 std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
   constexpr std::uint64_t short_type = 3, long_type = 4, fraction = 5, signed_fraction = 10;
+  constexpr std::uint64_t directory_type = 13, long8_type = 16, directory8_type = 18;
   if (image_kind(bytes) != ImageKind::tiff || check_tiff(bytes) != Integrity::complete) return {};
   const TiffFormat format = tiff_format(bytes);
   const std::endian order = format.order;
@@ -239,8 +240,10 @@ std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
     if (number(bytes, entry, 2, order) != tag) continue;
     const std::uint64_t type = number(bytes, entry + 2, 2, order);
     const bool is_fraction = type == fraction || type == signed_fraction;
-    if (type != short_type && type != long_type && !is_fraction) return {};
-    const std::size_t size = type == short_type ? 2 : type == long_type ? 4 : 8;
+    const bool is_long = type == long_type || type == directory_type;
+    const bool is_long8 = type == long8_type || type == directory8_type;
+    if (type != short_type && !is_long && !is_long8 && !is_fraction) return {};
+    const std::size_t size = type == short_type ? 2 : is_long ? 4 : 8;
     std::uint64_t at = entry + 4 + word;
     // Values of more bytes than fit there lie elsewhere.
     if (number(bytes, entry + 4, word, order) * size > word) at = number(bytes, at, word, order);

@@ -38,8 +38,8 @@ std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes);
 std::optional<int> jpeg_process(std::span<const std::byte> bytes);
 
 /// A number, the first of several, of a TIFF's first directory, where TIFF/EP has what EXIF has in
-/// a directory of its own; nothing where it has no such tag of type short, long or (signed)
-/// fraction, and of other formats.
+/// a directory of its own; nothing where it has no such tag of type short, long, directory or
+/// (signed) fraction, and of other formats.
 std::optional<double> tiff_number(std::span<const std::byte> bytes, std::uint64_t tag);
 
 /// Whether an EXR file is long enough for what its header claims: attributes, and the table of its

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <string>
 
 #include "core/error.h"
@@ -28,16 +29,18 @@ namespace {
 }
 
 /// The pages that are neither previews nor masks (NewSubfileType, TIFF 6.0, section 8); of a single
-/// page that one.
-std::vector<int> full_pages(OiioInput& input, const fs::path& file) {
+/// page that one, unless the full picture lies in a directory below it (SubIFDs, TIFF/EP).
+std::vector<int> full_pages(OiioInput& input, const fs::path& file,
+                            std::span<const std::byte> bytes) {
   constexpr int reduced = 1, mask = 4;
+  constexpr std::uint64_t sub_directories = 330;
   std::vector<int> full;
   int pages = 0;
   for (; input.select(pages); ++pages) {
     const int type = input.spec().get_int_attribute("tiff:subfiletype", 0);
     if ((type & (reduced | mask)) == 0) full.push_back(pages);
   }
-  if (full.empty() && pages > 1) {
+  if (full.empty() && (pages > 1 || tiff_number(bytes, sub_directories))) {
     reject(file, "holds previews and masks only; save the full picture");
   }
   if (full.empty()) full.push_back(0);
@@ -45,8 +48,8 @@ std::vector<int> full_pages(OiioInput& input, const fs::path& file) {
 }
 
 /// Goes to the only full page.
-void select_page(OiioInput& input, const fs::path& file) {
-  const std::vector<int> full = full_pages(input, file);
+void select_page(OiioInput& input, const fs::path& file, std::span<const std::byte> bytes) {
+  const std::vector<int> full = full_pages(input, file, bytes);
   if (full.size() > 1) {
     reject(file, "holds " + std::to_string(full.size()) +
                      " full pictures (pages); save the one that is meant as a file of its own");
@@ -195,7 +198,7 @@ auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act)
   }
   OiioInput input(file, bytes);
   if (!input.opened()) reject_undecoded(file, kind);
-  if (kind == ImageKind::tiff) select_page(input, file);
+  if (kind == ImageKind::tiff) select_page(input, file, bytes);
   check_colours(input.spec(), file);
   check_channels(input.spec(), file);
   const int bits = bits_of(input.spec(), file);
@@ -258,14 +261,14 @@ Image<float> read_tiff_floats(const fs::path& file, std::vector<std::byte>& byte
   check_structure(bytes, file, ImageKind::tiff);
   OiioInput input(file, bytes);
   if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-  select_page(input, file);
+  select_page(input, file, bytes);
   return selected_floats(input, file, bytes.size(), expected);
 }
 
 struct TiffPages::Opened {
   explicit Opened(const fs::path& name) : file(name), bytes(tiff_bytes(name)), input(name, bytes) {
     if (!input.opened()) reject_undecoded(file, ImageKind::tiff);
-    full = full_pages(input, file);
+    full = full_pages(input, file, bytes);
   }
 
   fs::path file;

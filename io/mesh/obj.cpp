@@ -95,6 +95,11 @@ class Obj {
       if (!number) fail(line, "gives a vertex the coordinate " + MeshBuilder::quoted(word));
       coordinate = *number;
     }
+    // A lone fourth number is a weight, by which some programs divide and others do not.
+    const std::string_view weight = line.word();
+    if (!weight.empty() && line.word().empty() && finite_number(weight) != 1.0) {
+      fail(line, "gives a vertex the weight " + MeshBuilder::quoted(weight) + ", not 1");
+    }
     builder_.add_vertex(position);
   }
 

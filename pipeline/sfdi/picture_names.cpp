@@ -89,10 +89,17 @@ std::vector<std::string> frames_of(const fs::path& folder, const std::string& na
   for (const fs::directory_entry& entry : fs::directory_iterator(folder / name)) {
     const fs::path file = entry.path();
     const std::string its_ending = lower_extension(file);
-    if (!entry.is_regular_file() || file.filename().string().starts_with('.') ||
+    std::error_code ignored;
+    if (fs::is_directory(file, ignored) || file.filename().string().starts_with('.') ||
         std::find(picture_endings.begin(), picture_endings.end(), its_ending) ==
             picture_endings.end()) {
       continue;
+    }
+    if (!fs::is_regular_file(file, ignored)) {
+      throw InputError(
+          file.string() +
+          ": is no file, or a symbolic link that leads to none; put the picture back or "
+          "take it out");
     }
     if (!ending.empty() && its_ending != ending) {
       throw InputError(where + "holds pictures that end in " + ending + " and in " + its_ending +

@@ -55,6 +55,9 @@ const std::vector<Figure>& figures() {
                                        {"kappa_within", "kappa within two deviations", false},
                                        {"mu_within", "mu within two deviations", false},
                                        {"accused", "scale or shift reported", false},
+                                       {"block_scale", "scale, by a homogeneous block", false},
+                                       {"too_bright", "too bright, by the volume", false},
+                                       {"shifted", "shift", false},
                                        {"warnings", "warnings", false},
                                        {"simple", "simple model taken", false},
                                        {"work", "work"},
@@ -102,6 +105,14 @@ Json fit_row(const SurfaceMeasurements& data, const Validation& validation, cons
   row["kappa_within"] = within(fit.medium.kappa, resolved.kappa, found.log_kappa_std);
   row["mu_within"] = within(fit.medium.mu, resolved.mu, found.log_mu_std);
   row["accused"] = c.scale_is_wrong() || c.is_shifted() ? 1.0 : 0.0;
+  row["block_scale"] = c.block_scale_is_wrong() ? 1.0 : 0.0;
+  row["too_bright"] = c.is_too_bright() ? 1.0 : 0.0;
+  row["shifted"] = c.is_shifted() ? 1.0 : 0.0;
+  row["log_scale"] = c.log_scale.value;
+  row["log_scale_limit"] = c.log_scale_limit;
+  row["scale_gain"] = c.by_volume ? c.by_volume->scale_gain : 0.0;
+  row["shift"] = std::hypot(c.shift_u.value, c.shift_v.value);
+  row["shift_limit"] = c.shift_limit;
   row["warnings"] = static_cast<double>(fit.report.warnings.size());
   row["simple"] = fit.report.model.model == inverse::Model::volume ? 0.0 : 1.0;
   return row;

@@ -277,6 +277,15 @@ TEST_F(UserFiles, FramesBehindLinksOutOfTheSessionAreRead_OnlyWhenAsked) {
   fs::remove(input / frame);
   fs::create_symlink("renamed.png", input / frame);
   EXPECT_EQ(kappamu("merge --force " + arguments).exit_code, 0);
+  // Links round in a circle: beside the files of a run they are others', as a frame none.
+  fs::create_directory_symlink(".", beside_ / "run" / "loop");
+  fs::create_symlink("self", beside_ / "run" / "self");
+  const ProcessResult verified = kappamu("verify " + at("run"));
+  EXPECT_EQ(verified.exit_code, 0);
+  EXPECT_THAT(verified.standard_output, HasSubstr("self"));
+  fs::remove(input / frame);
+  fs::create_symlink(fs::path(frame).filename(), input / frame);
+  expect_one_sentence(kappamu("merge --force " + arguments), "no such frame");
 }
 
 TEST_F(UserFiles, RenderKeepsTheRuleOfOtherCommands) {

@@ -114,7 +114,7 @@ TEST(SurfaceMeasurements, ValidatesShapesAndNumbers) {
   wrong = small_measurements();
   wrong.grid.voxel_mm = 1e-40;
   EXPECT_THAT(sentence_of([&] { validate(wrong, "folder"); }),
-              HasSubstr("voxel_mm must be positive, from 1e-6 to 1e6 mm"));
+              HasSubstr("the voxels' edge is 1e-40 mm; it must lie between 1e-06 and 1e+06"));
 }
 
 }  // namespace

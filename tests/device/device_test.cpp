@@ -50,6 +50,7 @@ TEST(DeviceChoice, NoMatchIsOneSentenceWithTheFix) {
   EXPECT_THAT(sentence, HasSubstr("no OpenCL device matches 'radeon'"));
   EXPECT_THAT(sentence, HasSubstr("NVIDIA H200"));
   EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or use the device reference"));
+  EXPECT_THAT(choice_refused(rig, "reference"), HasSubstr("is computed by OpenCL alone"));
 }
 
 TEST(DeviceChoice, NoDeviceAtAllIsOneSentenceWithTheFix) {

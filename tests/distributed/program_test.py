@@ -147,20 +147,31 @@ class Programs(unittest.TestCase):
         self.assertLess(parted, 0.4 * alone)
 
     def test_bad_input_is_one_sentence_and_all_ranks_end(self):
-        block(self.folder, (4, 5, 6), 2)
-        kappa = np.load(self.folder / "k.npy")
-        kappa[3, 4, 5] = -1
-        np.save(self.folder / "k.npy", kappa)
+        f = self.folder
+        block(f, (4, 5, 6), 2)
+        kappa, light = np.load(f / "k.npy"), np.load(f / "e.npy")
+
+        def spoilt(file, array, index, value):
+            array = array.copy()
+            array[index] = value
+            np.save(f / file, array)
+            return "--voxel", 0.4
+
         for ranks in (1, 4):
-            f = self.folder
-            done = run("forward", "--kappa", f / "k.npy", "--mu", f / "m.npy", "--irradiance", f / "e.npy", "--voxel", 0.4, "-o",
-                       f / "out", ranks=ranks)
-            self.assertEqual(done.returncode, 1)
-            sentences = [line for line in done.stderr.splitlines() if line.startswith("kappamu-mpi: ")]
-            self.assertEqual(len(sentences), 1, done.stderr)
-            self.assertIn("x=5 y=4 z=3", sentences[0])
-            self.assertNotIn("MPI_ABORT", done.stderr)
-            self.assertFalse((f / "out").exists())
+            for spoil, part in ((lambda: spoilt("k.npy", kappa, (3, 4, 5), -1), "x=5 y=4 z=3"),
+                                (lambda: spoilt("k.npy", kappa, (3, 4, 5), 1e-45), "from 1e-9 to 1e9 mm"),
+                                (lambda: spoilt("e.npy", light, (0, 4, 5), 1e30), "beyond 1e-20 to 1e20"),
+                                (lambda: ("--voxel", 1e-9), "voxels' edge is 1e-09 mm")):
+                block(f, (4, 5, 6), 2)
+                voxel = spoil()
+                done = run("forward", "--kappa", f / "k.npy", "--mu", f / "m.npy", "--irradiance", f / "e.npy", *voxel, "-o",
+                           f / "out", ranks=ranks)
+                self.assertEqual(done.returncode, 1)
+                sentences = [line for line in done.stderr.splitlines() if line.startswith("kappamu-mpi: ")]
+                self.assertEqual(len(sentences), 1, done.stderr)
+                self.assertIn(part, sentences[0])
+                self.assertNotIn("MPI_ABORT", done.stderr)
+                self.assertFalse((f / "out").exists())
         self.assertEqual(run("fit", ranks=2).returncode, 2)
 
 

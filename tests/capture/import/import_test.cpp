@@ -390,6 +390,26 @@ TEST_F(Import, HiddenFilesAndSystemFoldersAreNoPhotographs) {
   EXPECT_EQ(read_session(out).patterns[0].frames.size(), 3U);
 }
 
+TEST_F(Import, LinkedPhotographsAreReadOnceAndLinksThatLeadNowhereAreNamed) {
+  // A folder behind a link is read like others, and so is a photograph.
+  const fs::path store = photographs / ".store";
+  fs::rename(photographs / "day_1", store);
+  fs::create_directory_symlink(".store", photographs / "day_1");
+  fs::rename(store / "fit_00_0.png", photographs / ".frame.png");
+  fs::create_symlink("../.frame.png", store / "fit_00_0.png");
+  EXPECT_EQ(import().patterns[0].frames.size(), 3U);
+  fs::create_symlink("white_0.png", path("white_9.png"));
+  EXPECT_THAT(refusal(), HasSubstr("is read already as"));
+  fs::remove(path("white_9.png"));
+  for (const auto& [target, sentence] :
+       {std::pair{"..", "is read already as"}, std::pair{"../..", "behind a link out of"},
+        std::pair{"nothing", "leads nowhere"}, std::pair{"link", "leads nowhere"}}) {
+    fs::create_directory_symlink(target, path("link"));
+    EXPECT_THAT(refusal(), HasSubstr(sentence)) << target;
+    fs::remove(path("link"));
+  }
+}
+
 TEST_F(Import, AFolderNamedPatternsHoldsPhotographsToo) {
   fs::create_directories(photographs / "patterns");
   for (const char* name : {"fit_00_0.png", "fit_00_1.png", "fit_00_2.png"}) {

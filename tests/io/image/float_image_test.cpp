@@ -31,7 +31,7 @@ class FloatImage : public FolderTest {
  protected:
   Image<float> read(const std::vector<PlainExr>& parts) {
     write_text_atomically(folder_ / "a.exr", plain_exr(parts));
-    return read_float_image(folder_ / "a.exr");
+    return read_float_image(folder_ / "a.exr", {}, Primaries::srgb);
   }
   std::string refusal(const std::vector<PlainExr>& parts) {
     return sentence_of([&] { read(parts); });
@@ -43,7 +43,7 @@ class FloatImage : public FolderTest {
       text += {'\x80', '\x40', '\x20', static_cast<char>(i == 0 ? 130 : 129)};
     }
     write_text_atomically(folder_ / "a.hdr", text);
-    return read_float_image(folder_ / "a.hdr");
+    return read_float_image(folder_ / "a.hdr", {}, Primaries::srgb);
   }
 };
 
@@ -121,6 +121,12 @@ TEST_F(FloatImage, WhatIsNoLightIsRefusedWithTheReason) {
   PlainExr deep{rgb};
   deep.deep = true;
   EXPECT_THAT(refusal({deep}), AllOf(HasSubstr("deep"), testing::Not(HasSubstr("damaged"))));
+  PlainExr aces{rgb};  // AP1, as compositors write it
+  aces.chromaticities = {0.713F, 0.293F, 0.165F, 0.83F, 0.128F, 0.044F, 0.32168F, 0.33767F};
+  EXPECT_THAT(refusal({aces}), HasSubstr("other primaries than those of sRGB"));
+  EXPECT_EQ(read_float_image(folder_ / "a.exr").channels(), 3) << "a camera's own channels";
+  aces.chromaticities = {0.64F, 0.33F, 0.3F, 0.6F, 0.15F, 0.06F, 0.3127F, 0.329F};
+  EXPECT_EQ(read({aces}).channels(), 3);
 }
 
 TEST_F(FloatImage, RadiancePicturesGiveRadiance) {
@@ -141,6 +147,12 @@ TEST_F(FloatImage, RadiancePicturesGiveRadiance) {
   EXPECT_THAT(sentence_of([&] { read_hdr("FORMAT=32-bit_rle_xyze\n", "-Y 2 +X 3"); }),
               HasSubstr("other than 32-bit_rle_rgbe"));
   EXPECT_THAT(sentence_of([&] { read_hdr(format, "+X 3 -Y 2"); }), HasSubstr("column by column"));
+  // Radiance's own primaries, and those of Display P3.
+  read_hdr("PRIMARIES= .64 .33 .29 .60 .15 .06 .3333 .3333\n" + format, "-Y 2 +X 3");
+  EXPECT_THAT(sentence_of([&] {
+                read_hdr("PRIMARIES= .68 .32 .265 .69 .15 .06 .3127 .329\n" + format, "-Y 2 +X 3");
+              }),
+              HasSubstr("other primaries than those of sRGB"));
   EXPECT_THAT(sentence_of([&] { read_hdr(format, "-Y 20 +X 3"); }), HasSubstr("truncated"));
 }
 

@@ -23,6 +23,7 @@ struct PlainExr {
   std::string name{};                       ///< of a part
   int cube = -1;                            ///< attribute envmap: 1 is a cube map
   bool deep = false;                        ///< one sample a pixel
+  std::vector<float> chromaticities{};      ///< x and y of red, green, blue, white
 };
 
 inline void put_number(std::string& to, std::uint64_t value, int bytes) {
@@ -89,6 +90,13 @@ inline std::string plain_exr(std::vector<PlainExr> parts) {
     put_number(one, std::bit_cast<std::uint32_t>(1.0F), 4);
     put_number(count, chunks.back().size(), 4);
     put_attribute(bytes, "channels", "chlist", list);
+    if (!part.chromaticities.empty()) {
+      std::string numbers;
+      for (const float x : part.chromaticities) {
+        put_number(numbers, std::bit_cast<std::uint32_t>(x), 4);
+      }
+      put_attribute(bytes, "chromaticities", "chromaticities", numbers);
+    }
     put_attribute(bytes, "compression", "compression", std::string(1, '\0'));
     put_attribute(bytes, "dataWindow", "box2i", window);
     put_attribute(bytes, "displayWindow", "box2i", display);

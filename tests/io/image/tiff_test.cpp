@@ -49,6 +49,9 @@ TEST_F(Tiff, ThePageThatIsNoPreviewIsRead) {
   EXPECT_EQ(read_code_image(write({preview})).width(), 2) << "the only page";
   EXPECT_THAT(refusal({full, full}), HasSubstr("a.tif: holds 2 full pictures (pages)"));
   EXPECT_THAT(refusal({preview, mask}), HasSubstr("previews and masks only"));
+  Page above = preview;  // the full picture lies in a directory below it
+  above.more = {{330, 4, {8}}};
+  EXPECT_THAT(refusal({above}), HasSubstr("previews and masks only"));
 }
 
 TEST_F(Tiff, PagesAreReadByNumberOnceAsked) {

@@ -96,6 +96,8 @@ TEST_F(MeshFormats, ObjSentencesNameItsLines) {
               HasSubstr("line 7 gives a vertex the coordinate '2,0'"));
   EXPECT_THAT(refusal("nan.obj", with(block, "v 2 3 4", "v nan 3 4")), HasSubstr("line 7"));
   EXPECT_THAT(refusal("short.obj", with(block, "v 2 3 4", "v 2 3")), HasSubstr("line 7"));
+  EXPECT_THAT(refusal("weight.obj", with(block, "v 2 3 4", "v 2 3 4 2")),
+              HasSubstr("line 7 gives a vertex the weight '2', not 1"));
   const auto body = [&](const std::string& name, const std::string& text) {
     const fs::path file = write(name, text);
     return sentence_of([&] { read_body(file); });

@@ -8,7 +8,7 @@
 #include "io/image/image_file.h"
 #include "io/read_file.h"
 #include "io/volume/volume_file.h"
-#include "tests/app/view_command.h"
+#include "tests/app/view/view_command.h"
 
 namespace kappamu::app {
 namespace {

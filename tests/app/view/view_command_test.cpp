@@ -12,7 +12,7 @@
 #include "io/image/image_file.h"
 #include "io/read_file.h"
 #include "tests/app/tiny_session.h"
-#include "tests/app/view_command.h"
+#include "tests/app/view/view_command.h"
 
 namespace kappamu::app {
 namespace {
