@@ -165,7 +165,7 @@ TEST_F(LitRoom, ResponseBlackAndRoomAreToldApart) {
   const std::vector<double> light = synthetic::average_cells(
       rig.lit_face_irradiance(images.back()), face_shape(fine, session.sample.lit_face), factor);
   std::vector<double> through;
-  for (const auto& channel : rig.exitance(images.back())) {
+  for (const auto& channel : rig.exitance(images.back(), session.sample.seen_face)) {
     const auto mean =
         synthetic::average_cells(channel, face_shape(fine, session.sample.seen_face), factor);
     through.insert(through.end(), mean.begin(), mean.end());
