@@ -110,7 +110,7 @@ bool holds(const fs::path& file, std::span<std::byte> encoded, const ExrHeader& 
 
 void read_exr_rows(const fs::path& file, const OpenExr& open, const SizeCheck& expected,
                    const ChooseStep& step) {
-  if (std::optional<PlainExr> exr = PlainExr::open(file)) {
+  if (std::optional<PlainExrFile> exr = PlainExrFile::open(file)) {
     const ExrHeader& header = exr->header();
     const ImageSize size{header.width, header.height, static_cast<int>(header.channels.size())};
     if (expected) expected(size);

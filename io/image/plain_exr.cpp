@@ -216,9 +216,9 @@ void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillEx
   });
 }
 
-std::optional<PlainExr> PlainExr::open(const fs::path& file) {
+std::optional<PlainExrFile> PlainExrFile::open(const fs::path& file) {
   constexpr std::size_t longest_header = std::size_t{1} << 16;
-  PlainExr exr;
+  PlainExrFile exr;
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
   exr.in_.open(file, std::ios::binary);
@@ -239,7 +239,7 @@ std::optional<PlainExr> PlainExr::open(const fs::path& file) {
   return exr;
 }
 
-bool PlainExr::read(int y, float* values) {
+bool PlainExrFile::read(int y, float* values) {
   in_.seekg(static_cast<std::streamoff>(places_[static_cast<std::size_t>(y)]));
   if (!in_.read(row_.data(), static_cast<std::streamsize>(row_.size()))) return false;
   if (number_at<std::int32_t>(row_.data()) != header_.data.top + y ||

@@ -16,11 +16,11 @@ namespace kappamu::io {
 void write_plain_exr(const std::filesystem::path& file, const ExrHeader& header,
                      const FillExrRows& fill);
 
-class PlainExr {
+class PlainExrFile {
  public:
   /// Nothing of a file that is not laid out as write_plain_exr() does: OpenEXR's reader may take
   /// it.
-  static std::optional<PlainExr> open(const std::filesystem::path& file);
+  static std::optional<PlainExrFile> open(const std::filesystem::path& file);
 
   const ExrHeader& header() const { return header_; }
   /// Row `y` of the data window, [x][channel]. False where the file is damaged.
