@@ -55,7 +55,7 @@ class OwnExr : public FolderTest {
 
 TEST_F(OwnExr, IsReadByOpenExrAlike) {
   const auto file = write();
-  ASSERT_TRUE(PlainExr::open(file));
+  ASSERT_TRUE(PlainExrFile::open(file));
   const Values own = values_of(file);
   EXPECT_EQ(own.at("flags.R")[15], 7.0F);
   EXPECT_EQ(own.at("G").back(), (17.0F * 24.0F - 1.0F + 3000.0F) * 1.1F);
@@ -64,7 +64,7 @@ TEST_F(OwnExr, IsReadByOpenExrAlike) {
   EXPECT_EQ(colours(8 + 23, 4 + 16, 1), own.at("G").back());
   // A byte more, and it is no longer laid out as ours are: OpenEXR reads it.
   std::ofstream(file, std::ios::binary | std::ios::app) << '\0';
-  ASSERT_FALSE(PlainExr::open(file));
+  ASSERT_FALSE(PlainExrFile::open(file));
   EXPECT_EQ(values_of(file), own);
   const Values fifth = values_of(file, 5);
   write();
