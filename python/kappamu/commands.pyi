@@ -74,6 +74,7 @@ def simulate(
     directions: _Word | _Sequence | None = ...,
     phases: int | None = ...,
     validation: bool | None = ...,
+    both_faces: bool | None = ...,
     pattern: _Word | _Sequence | None = ...,
     noise: float | None = ...,
     bit_depth: int | None = ...,
