@@ -155,5 +155,27 @@ TEST_F(TwoFacesFit, WrongListsAreRefused) {
                       "opposite ones");
 }
 
+/// A session whose lit face is photographed too.
+TEST(TwoFacesSession, BothAreMergedAndFitted) {
+  const OwnFolder folder;
+  const std::string at = folder.path().string() + "/";
+  const ProcessResult made =
+      kappamu("simulate --sample tiny --seed 5 --both-faces --patches 2 --holdout 0 -o " + at);
+  ASSERT_EQ(made.exit_code, 0) << made.standard_error;
+  const ProcessResult run = kappamu("run " + at + "session --device reference -o " + at + "run");
+  ASSERT_EQ(run.exit_code, 0) << run.standard_error;
+  const auto measured =
+      nlohmann::json::parse(io::read_text(at + "run/measurements/measurements.json"));
+  const std::vector<std::string> expected{"z+", "z+", "z+", "z+", "z-", "z-", "z-", "z-"};
+  EXPECT_EQ(measured.at("seen_faces").get<std::vector<std::string>>(), expected);
+  const auto fit = nlohmann::json::parse(io::read_text(at + "run/fit/fit.json"));
+  for (const auto& channel : fit.at("channels")) {
+    EXPECT_LT(channel.at("chi2_per_value").get<double>(), 1.2) << channel.at("name");
+    EXPECT_LT(channel.at("validation_E").get<double>(), 3e-4) << channel.at("name");
+  }
+  const ProcessResult score = kappamu("score " + at + "run --truth " + at + "truth --json");
+  ASSERT_EQ(score.exit_code, 0) << score.standard_error;
+}
+
 }  // namespace
 }  // namespace kappamu::app

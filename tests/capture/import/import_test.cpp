@@ -398,6 +398,7 @@ TEST_F(Import, LinkedPhotographsAreReadOnceAndLinksThatLeadNowhereAreNamed) {
   fs::rename(store / "fit_00_0.png", photographs / ".frame.png");
   fs::create_symlink("../.frame.png", store / "fit_00_0.png");
   EXPECT_EQ(import().patterns[0].frames.size(), 3U);
+  fs::remove_all(out);
   fs::create_symlink("white_0.png", path("white_9.png"));
   EXPECT_THAT(refusal(), HasSubstr("is read already as"));
   fs::remove(path("white_9.png"));
