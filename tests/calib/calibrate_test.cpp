@@ -283,8 +283,8 @@ TEST_F(SimulatedSession, MeasurementsAreTheExitanceThatLeft) {
   std::size_t used = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t m = 0; m < images.size(); ++m) {
-      const std::vector<double> truth =
-          voxel_means(rig.exitance(images[m], found.seen_face)[c], face_shape(fine, found.seen_face), factor);
+      const std::vector<double> truth = voxel_means(rig.exitance(images[m], found.seen_face)[c],
+                                                    face_shape(fine, found.seen_face), factor);
       for (std::size_t k = 0; k < seen.cells(); ++k) {
         const std::size_t at = (c * images.size() + m) * seen.cells() + k;
         if (found.mask[at] == 0) continue;
