@@ -68,7 +68,7 @@ fs::path large_session(const fs::path& folder) {
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         for (int c = 0; c < 3; ++c) {
-          const double light = 0.2 + 0.6 * x / width + 0.2 * y / height;
+          const double light = 0.6 + 0.3 * std::sin(x / 30.0) * std::sin(y / 30.0);
           codes(x, y, c) = static_cast<std::uint16_t>(std::min<double>(
               largest, black + exposure_s * light * 3000.0 + static_cast<double>(random() % 16)));
         }
