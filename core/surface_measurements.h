@@ -56,7 +56,7 @@ struct SurfaceMeasurements {
   GridShape grid;
   double eta = 1.3;  ///< relative refractive index of the medium [dimensionless]
   Face lit_face = Face::z_minus;
-  Face seen_face = Face::z_plus;  ///< of the first pattern, and of all unless seen_faces says so
+  Face seen_face = Face::z_plus;  ///< of the first pattern; of all where seen_faces is empty
   /// [M] of each pattern, where some are seen on seen_face and some on its opposite; else empty.
   std::vector<Face> seen_faces;
   Quantity quantity = Quantity::exitance;
@@ -79,6 +79,7 @@ struct SurfaceMeasurements {
   FaceShape lit_shape() const { return face_shape(grid, lit_face); }
   FaceShape seen_shape() const { return face_shape(grid, seen_face); }
   bool two_faces() const { return !seen_faces.empty(); }
+  bool lit_is_seen() const { return two_faces() || lit_face == seen_face; }
   Face seen_on(int pattern) const {
     return two_faces() ? seen_faces[static_cast<std::size_t>(pattern)] : seen_face;
   }

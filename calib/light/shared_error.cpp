@@ -114,9 +114,7 @@ SharedError shared_error(const capture::Session& session, const WhiteReference& 
               : own    ? "from the white target under several values"
                        : "in proportion to common");
   }
-  const bool lit_is_seen =
-      measurements.two_faces() || measurements.lit_face == measurements.seen_face;
-  const SmoothError& least = lit_is_seen ? unseen_front_lit : unseen;
+  const SmoothError& least = measurements.lit_is_seen() ? unseen_front_lit : unseen;
   error = {std::min(1.0, std::hypot(error.common, least.common)),
            std::min(1.0, std::hypot(error.own, least.own))};
   return {error, percent(error.common) + " common to all patterns, " + percent(error.own) +

@@ -46,7 +46,7 @@ FitRecord make_fit_record(const FitSummary& summary, const SurfaceMeasurements& 
     evidence.warnings += report.warnings.size();
   }
   evidence.used = used_share(fitted);
-  evidence.front_lit = fitted.two_faces() || fitted.lit_face == fitted.seen_face;
+  evidence.front_lit = fitted.lit_is_seen();
   if (calibration) {
     evidence.camera_rms_px = calibration->camera.rms_px;
     evidence.projector_rms_px = calibration->projector.rms_px;
