@@ -69,8 +69,13 @@ std::string inputs_of(const std::string& text, const render::Scene& scene, const
     std::vector<fs::path> inside;
     std::error_code ignored;
     const auto links = fs::directory_options::follow_directory_symlink;
-    for (const auto& entry : fs::recursive_directory_iterator(files[i], links)) {
-      if (entry.is_regular_file(ignored)) inside.push_back(entry.path());
+    std::set<fs::path> folders{fs::canonical(files[i])};  // links may lead round in a circle
+    for (fs::recursive_directory_iterator entry(files[i], links), end; entry != end; ++entry) {
+      const fs::path& path = entry->path();
+      if (fs::is_regular_file(path, ignored)) inside.push_back(path);
+      if (fs::is_directory(path, ignored) && !folders.insert(fs::canonical(path)).second) {
+        entry.disable_recursion_pending();
+      }
     }
     std::sort(inside.begin(), inside.end());
     for (const fs::path& file : inside) print.add_file(file);
