@@ -220,8 +220,11 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     const Face face = capture::pattern_face(session, *pattern);
     of_patterns.push_back(face);
     if (faces.contains(face)) continue;
-    faces.emplace(face,
-                  seen_face(session, calibration, pose_of(session, calibration, *pattern), face));
+    const SamplePose& pose = pose_of(session, calibration, *pattern);
+    faces.emplace(face, seen_face(session, calibration, pose, face));
+    if (sample.radiance == capture::Radiance::transport) {
+      result.cameras[face] = pose.camera_from_sample.inverse().translation;
+    }
   }
   set_seen_faces(of_patterns, result.seen_face, result.seen_faces);
   const std::size_t channels = session.channels.size();

@@ -64,6 +64,20 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
            "; patterns are seen on one face or on two opposite ones");
     }
   }
+  for (const auto& [face, camera] : m.cameras) {
+    const int axis = axis_of(face);
+    const double outward =
+        is_plus(face) ? camera[axis] - m.grid.extent(axis) * m.grid.voxel_mm : -camera[axis];
+    if (axis_of(face) != axis_of(m.seen_face)) {
+      fail("camera_mm has a camera for " + to_string(face) + ", which is not seen; name one for " +
+           to_string(m.seen_face) + " or its opposite");
+    }
+    if (!camera.allFinite() || outward <= 0.0) {
+      fail(
+          "camera_mm places the camera of " + to_string(face) +
+          " inside or behind the block; give x, y, z in mm from the outer corner of voxel 0, 0, 0");
+    }
+  }
   const std::size_t lit = m.lit_shape().cells() * static_cast<std::size_t>(m.patterns);
   const std::size_t seen =
       m.seen_shape().cells() * static_cast<std::size_t>(m.patterns) * m.channels.size();

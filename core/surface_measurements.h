@@ -3,7 +3,9 @@
 // measurements").
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -52,6 +54,10 @@ struct SmoothError {
   bool operator==(const SmoothError&) const = default;
 };
 
+/// Where pinhole cameras stand, at most one before each face [mm], in the block's frame: the outer
+/// corner of voxel (0, 0, 0) is the origin.
+using Cameras = std::map<Face, Eigen::Vector3d>;
+
 struct SurfaceMeasurements {
   GridShape grid;
   double eta = 1.3;  ///< relative refractive index of the medium [dimensionless]
@@ -64,6 +70,9 @@ struct SurfaceMeasurements {
   Sides sides = Sides::open;
   std::vector<std::string> channels;  ///< C names, such as "R", "G", "B"
   int patterns = 0;                   ///< M
+  /// That took the pictures, where it is known that `value` is radiance over radiance_per_exitance:
+  /// transport then predicts the radiance towards them. Empty: `value` is exitance.
+  Cameras cameras;
 
   std::vector<float>
       irradiance;  ///< [M][v][u] on the lit face, incident before Fresnel, relative to white

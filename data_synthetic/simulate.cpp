@@ -193,6 +193,7 @@ capture::CapturePlan capture_plan(const SimulatedRig& simulated, const Simulatio
   plan.sample.sides = simulated.transport().block().sides;
   plan.sample.lit_face = rig.sample.lit_face();
   plan.sample.seen_face = rig.sample.seen_face();
+  plan.sample.radiance = capture::Radiance::p1;
   plan.calibration_station = front_station;
   plan.pattern_station = rig.pattern_station();
   plan.patterns = std::move(patterns);

@@ -35,6 +35,9 @@ struct ForwardOptions {
   double anisotropy = 0.0;            ///< g of Monte Carlo's phase function; σs = σs'/(1−g)
   double model_tolerance = 0.05;      ///< of `auto`: relative error against transport, 2-norm
   bool fluence = false;               ///< also ForwardResult::fluence, of models with `any_light`
+  /// Of Monte Carlo under collimated light: the exitance of their faces is that of a surface which
+  /// would send them the same radiance by the P1 law (radiance_per_exitance). All on one axis.
+  Cameras cameras{};
 };
 
 struct ForwardResult {

@@ -23,6 +23,16 @@ void read_seen_faces(const JsonNode& list, SurfaceMeasurements& m) {
   for (const JsonNode& face : list.items(1)) m.seen_faces.push_back(face.named(face_from_string));
 }
 
+void read_cameras(const JsonNode& faces, SurfaceMeasurements& m) {
+  faces.expect_fields({}, {"x-", "x+", "y-", "y+", "z-", "z+"});
+  for (const Face face : all_faces) {
+    const std::string name = to_string(face);
+    if (!faces.has(name)) continue;
+    const std::vector<JsonNode> place = faces[name.c_str()].exactly(3);
+    for (int a = 0; a < 3; ++a) m.cameras[face][a] = place[static_cast<std::size_t>(a)].number();
+  }
+}
+
 /// Empty where there is no file.
 std::vector<std::uint8_t> read_flags(const fs::path& file, const std::vector<std::size_t>& shape) {
   std::vector<std::uint8_t> flags;
@@ -43,7 +53,7 @@ SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   const JsonNode header = document.root();
   header.expect_fields({"format", "version", "voxel_mm", "grid", "eta", "lit_face", "seen_face",
                         "quantity", "light", "sides", "channels"},
-                       {"seen_faces", "smooth_error"});
+                       {"seen_faces", "smooth_error", "camera_mm"});
   header.expect_format(format_name);
   SurfaceMeasurements m;
   const auto [nx, ny, nz] = header["grid"].grid();
@@ -52,6 +62,7 @@ SurfaceMeasurements read_measurements_header(const fs::path& folder) {
   m.lit_face = header["lit_face"].named(face_from_string);
   m.seen_face = header["seen_face"].named(face_from_string);
   if (header.has("seen_faces")) read_seen_faces(header["seen_faces"], m);
+  if (header.has("camera_mm")) read_cameras(header["camera_mm"], m);
   m.quantity = header["quantity"].named(quantity_from_string);
   m.light = header["light"].named(light_from_string);
   m.sides = header["sides"].named(sides_from_string);
@@ -129,6 +140,9 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
                                 {"sides", to_string(m.sides)},
                                 {"channels", m.channels}};
   for (const Face face : m.seen_faces) fields["seen_faces"].push_back(to_string(face));
+  for (const auto& [face, camera] : m.cameras) {
+    fields["camera_mm"][to_string(face)] = {camera.x(), camera.y(), camera.z()};
+  }
   if (!m.smooth_error.none()) {
     fields["smooth_error"] = {{"common", m.smooth_error.common}, {"own", m.smooth_error.own}};
     if (!smooth_error_source.empty()) fields["smooth_error"]["source"] = smooth_error_source;

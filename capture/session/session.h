@@ -50,6 +50,14 @@ struct Pattern {
   std::string station{};
 };
 
+/// How the sample's radiance towards the camera follows from its light.
+enum class Radiance {
+  transport,  ///< as light leaves a smooth surface, scattered last within a mean free path
+  p1          ///< by the exitance and the P1 law alone: rough surfaces nearly, simulated sessions
+};
+inline constexpr Names<Radiance, 2> radiance_names{
+    {{"transport", Radiance::transport}, {"p1", Radiance::p1}}};
+
 struct Sample {
   std::string name;
   std::array<int, 3> grid{};  ///< voxels to fit along x, y, z of the sample frame
@@ -58,6 +66,7 @@ struct Sample {
   Sides sides = Sides::open;
   Face lit_face = Face::z_minus;
   Face seen_face = Face::z_plus;
+  Radiance radiance = Radiance::transport;
 
   GridShape shape() const { return {grid[0], grid[1], grid[2], voxel_mm}; }
 };

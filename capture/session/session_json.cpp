@@ -60,6 +60,7 @@ void describe(Fields& fields, Sample& sample) {
   fields.named("sides", sample.sides, sides_names);
   fields.named("lit_face", sample.lit_face, face_names);
   fields.named("seen_face", sample.seen_face, face_names);
+  fields.kind("radiance", sample.radiance, radiance_names, Radiance::transport);
 }
 
 template <class Fields>

@@ -38,6 +38,7 @@ class MonteCarloModel final : public ForwardModel {
     trace.anisotropy = options.anisotropy;
     trace.light = problem.light;
     trace.fluence = options.fluence;
+    trace.cameras = options.cameras;
     const Stopwatch watch;
     const PhotonTally tally = trace_photons(context, problem.setup, problem.medium,
                                             problem.irradiance, problem.patterns, trace, progress);
@@ -96,9 +97,14 @@ class MonteCarloModel final : public ForwardModel {
       for (std::size_t k = 0; k < pixels; ++k) {
         const Score& pixel = tally.exits[first + k];
         face += pixel;
+        if (!tally.view[f].empty()) continue;
         result.exitance[f].push_back(balance.entering / area * pixel.mean(tally.photons));
         const double error = pixel.weight > 0 ? pixel.standard_error(tally.photons) : 1.0 / photons;
         result.standard_error[f].push_back(balance.entering / area * error);
+      }
+      for (std::size_t k = m * pixels; k < std::min((m + 1) * pixels, tally.view[f].size()); ++k) {
+        result.exitance[f].push_back(balance.entering / area * tally.view[f][k]);
+        result.standard_error[f].push_back(balance.entering / area * tally.view_error[f][k]);
       }
       balance.exiting[f] = power(face.weight);
       all += face;

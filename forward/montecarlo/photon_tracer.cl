@@ -106,6 +106,112 @@ int surface_pixel(int axis, int plus, int3 extent, float3 point) {
   return 2 * (x_face + y_face) + plus * extent.x * extent.y + cell.y * extent.x + cell.x;
 }
 
+// Henyey-Greenstein's phase function times 4 pi.
+float phase(float g, float cosine) {
+  const float part = 1 + g * g - 2 * g * cosine;
+  return (1 - g * g) / (part * sqrt(part));
+}
+
+// Optical depth from `out`, on a face, back along `direction` for `length`, in coordinates that go
+// on beyond mirrors at the block's faces: there its voxels lie mirrored.
+float depth_before(float3 out, float3 direction, float length, int3 extent, float mean_step,
+                   global const uint2* restrict voxels) {
+  const float most = 16.0f;  // less than 2^-23 arrives
+  const float3 back = -direction;
+  const float3 per_cell = select((float3)(MAXFLOAT), fabs(1 / back), back != 0.0f);
+  const int3 step = select((int3)(-1), (int3)(1), back > 0.0f);
+  int3 cell = convert_int3_rtn(out);
+  // On a plane between two cells it begins in the one that it goes into.
+  cell = select(cell, cell - 1, convert_float3(cell) == out && back < 0.0f);
+  const float3 wall = convert_float3(select(cell, cell + 1, back > 0.0f));
+  float3 next = select((float3)(MAXFLOAT), (wall - out) / back, back != 0.0f);
+  const float per_chance = 0x1p-32f / mean_step;
+  float depth = 0, way = 0;
+  while (way < length && depth < most) {
+    const int axis = next.x <= next.y && next.x <= next.z ? 0 : next.y <= next.z ? 1 : 2;
+    const float end = min(along(next, axis), length);
+    int3 at = select(cell, -1 - cell, cell < 0);
+    at = select(at, 2 * extent - 1 - at, at >= extent);
+    at = clamp(at, (int3)(0), extent - 1);
+    const float chance = (float)voxels[((size_t)at.z * extent.y + at.y) * extent.x + at.x].x;
+    depth += (end - way) * chance * per_chance;
+    way = end;
+    if (axis == 0) next.x += per_cell.x, cell.x += step.x;
+    if (axis == 1) next.y += per_cell.y, cell.y += step.y;
+    if (axis == 2) next.z += per_cell.z, cell.z += step.z;
+  }
+  return depth;
+}
+
+// What a camera sees of light scattered at a point (next-event estimation): its radiance there,
+// in units of the radiance that P1 gives an exitance of one full weight per pixel.
+//   from, direction  of the light before it is scattered
+//   two_a        2A of the boundary
+//   far          nonzero: also by way of the face behind, weighed by `far`
+//   view         per pixel of the face (axis, plus): sum of weights
+void tally_view(float3 from, float3 direction, uint weight, float g, int3 extent, float mean_step,
+                float eta, float two_a, int axis, int plus, int mirror_axes, float far,
+                float3 camera, global const uint2* restrict voxels, volatile global uint* view) {
+  const float3 top = convert_float3(extent);
+  const float face = plus ? along(top, axis) : 0.0f;
+  const float outward = plus ? 1.0f : -1.0f;
+  // Light arrives straight, or as if from an image of the point behind a side or the far face.
+  float3 sight = (float3)(0);
+  for (int image = 0; image < (far > 0 ? 8 : 4); ++image) {
+    float3 source = from, before = direction;
+    for (int a = 0; a < 3; ++a) {
+      const int bit = a == axis ? 4 : (a == (axis == 0 ? 1 : 0)) ? 1 : 2;
+      if (!(image & bit)) continue;
+      // Only the mirror that the line of sight comes from.
+      const bool low = a == axis ? plus : along(sight, a) > 0;
+      const float mirrored = low ? -along(from, a) : 2 * along(top, a) - along(from, a);
+      if (a == 0) source.x = mirrored, before.x = -before.x;
+      if (a == 1) source.y = mirrored, before.y = -before.y;
+      if (a == 2) source.z = mirrored, before.z = -before.z;
+    }
+    float3 out = source, way = (float3)(0);
+    float length = 0, distance = 1;
+    for (int k = 0; k < 3; ++k) {  // the line of sight through the point
+      if (k == 0) {
+        if (axis == 0) out.x = face;
+        if (axis == 1) out.y = face;
+        if (axis == 2) out.z = face;
+      }
+      const float3 seen = camera - out;
+      distance = sqrt(dot(seen, seen));
+      way = seen / (distance * eta);
+      const float across = dot(way, way) - along(way, axis) * along(way, axis);
+      const float normal = outward * sqrt(1 - across);
+      if (axis == 0) way.x = normal;
+      if (axis == 1) way.y = normal;
+      if (axis == 2) way.z = normal;
+      length = (face - along(source, axis)) / normal;
+      out = source + length * way;
+      if (axis == 0) out.x = face;
+      if (axis == 1) out.y = face;
+      if (axis == 2) out.z = face;
+    }
+    if (image == 0) sight = way;
+    if (any(out < 0.0f) || any(out > top)) continue;
+    float share = image & 4 ? far : 1.0f, outside;
+    for (int a = 0; a < 3; ++a) {
+      const int bit = a == axis ? 4 : (a == (axis == 0 ? 1 : 0)) ? 1 : 2;
+      if (!(image & bit) || (mirror_axes >> a & 1)) continue;
+      share *= fresnel_inside(eta, fabs(along(way, a)), &outside);
+    }
+    const float cosine = fabs(along(way, axis));
+    const float spread = 1 + length / (eta * distance);
+    share *= exp(-depth_before(out, way, length, extent, mean_step, voxels)) /
+             (cosine * (two_a + 3 * cosine) * spread * spread);
+    if (fabs(g) > 1e-4f) share *= phase(g, dot(before, way));
+    const int3 cell = clamp(convert_int3_rtz(out), (int3)(0), extent - 1);
+    const int pixel = axis == 0   ? cell.z * extent.y + cell.y
+                      : axis == 1 ? cell.z * extent.x + cell.x
+                                  : cell.y * extent.x + cell.x;
+    add_to(view + 2 * pixel, convert_ulong(share * (float)weight));
+  }
+}
+
 // Photons first, first + 1, ... last - 1 of each pattern; one item per stride of photons and
 // pattern of `patterns` (those that have light).
 //   mean_step    1/majorant, in voxel edges
@@ -118,6 +224,9 @@ int surface_pixel(int axis, int plus, int3 extent, float3 point) {
 //   points       x, y, z of each isotropic source; the patterns from `first_point` on
 //   tally_fluence  nonzero: scattered light adds its weight to `fluence`, per pattern and voxel, at
 //                every tentative collision
+//   view_axis    faces across it are seen by cameras, at most one each; -1: none
+//   cameras      x, y, z of the two faces' cameras and nonzero where there is one
+//   view         per pattern, face and pixel: sum of weights as tally_view scores them
 //   exits        per pattern and surface pixel: Σ weight, Σ weight²
 //   totals       per pattern: absorbed, unscattered, then per face Σ weight, Σ weight² in the cone
 kernel void trace(const int nx, const int ny, const int nz, const float mean_step, const float g,
@@ -125,9 +234,10 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
                   const uint seed_low, const uint seed_high, const ulong first, const ulong last,
                   const int pattern_count, global const int* restrict patterns,
                   global const uint2* restrict voxels, global const uint2* restrict entry,
-                  const float beam_x, const float beam_y, const float beam_z,
-                  const int first_point, global const float4* restrict points,
-                  const int tally_fluence, volatile global uint* restrict fluence,
+                  const float beam_x, const float beam_y, const float beam_z, const int first_point,
+                  global const float4* restrict points, const int tally_fluence,
+                  volatile global uint* restrict fluence, const int view_axis, const float two_a,
+                  global const float4* restrict cameras, volatile global uint* restrict view,
                   volatile global uint* restrict exits, volatile global uint* restrict totals) {
   if (get_global_id(1) >= (size_t)pattern_count) return;
   const int pattern = patterns[get_global_id(1)];
@@ -144,6 +254,11 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
   totals += (size_t)pattern * 28;
   if (tally_fluence) fluence += (size_t)pattern * nx * ny * nz * 2;
   const bool from_point = pattern >= first_point;
+  const int view_pixels = view_axis < 0    ? 0
+                          : view_axis == 0 ? ny * nz
+                          : view_axis == 1 ? nx * nz
+                                           : nx * ny;
+  view += (size_t)pattern * view_pixels * 4;
 
   ulong absorbed = 0, unscattered = 0;
   ulong next = first + get_global_id(0);
@@ -247,6 +362,13 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
       weight = 0;
     }
     if (weight == 0) continue;
+    for (int plus = 0; plus < 2 && view_axis >= 0; ++plus) {
+      if (cameras[plus].w == 0.0f) continue;
+      // Little comes by way of the far face: one collision of eight stands for all.
+      const float far = ((photon ^ event) & 7) == 0 ? 8.0f : 0.0f;
+      tally_view(position, direction, weight, g, extent, mean_step, eta, two_a, view_axis, plus,
+                 mirror_axes, far, cameras[plus].xyz, voxels, view + 2 * plus * view_pixels);
+    }
     direction = scatter(direction, g, uniform_of(r.z), uniform_of(r.w));
     scattered = true;
   }

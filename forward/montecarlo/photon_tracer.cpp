@@ -114,10 +114,27 @@ std::vector<std::array<float, 4>> points_of(const GridShape& shape, const LightG
   return points;
 }
 
-/// The device's fluence tallies, emptied after every batch of photons.
-class FluenceBatches {
+/// x, y, z [voxel edges] of the cameras before the two faces across an axis, and whether there is
+/// one; the axis, or -1.
+struct CameraTable {
+  int axis = -1;
+  std::vector<std::array<float, 4>> position{{}, {}};
+};
+CameraTable camera_table(const GridShape& shape, const Cameras& cameras) {
+  CameraTable table;
+  for (const auto& [face, position_mm] : cameras) {
+    check(table.axis < 0 || table.axis == axis_of(face), "cameras see opposite faces");
+    table.axis = axis_of(face);
+    const Eigen::Vector3f at = (position_mm / shape.voxel_mm).cast<float>();
+    table.position[is_plus(face) ? 1 : 0] = {at.x(), at.y(), at.z(), 1.0F};
+  }
+  return table;
+}
+
+/// Tallies that photons add to more than once, emptied after every batch of photons.
+class BatchedTally {
  public:
-  FluenceBatches(device::Context& context, std::uint64_t photons, std::size_t values)
+  BatchedTally(device::Context& context, std::uint64_t photons, std::size_t values)
       : context_(context),
         buffer_(zeros<std::uint64_t>(context, std::max<std::size_t>(1, values))),
         photons_(photons),
@@ -152,20 +169,22 @@ class FluenceBatches {
     ++count_;
   }
 
-  /// Means per photon times `unit`, and their standard errors from the scatter of the batches.
-  void write(double unit, PhotonTally& tally) const {
+  /// Means per photon times `unit` of the values from `first` on, and their standard errors from
+  /// the scatter of the batches.
+  void append(double unit, std::size_t first, std::size_t count, std::vector<double>& means,
+              std::vector<double>& errors) const {
     const auto n = static_cast<double>(photons_);
-    for (std::size_t i = 0; i < sum_.size(); ++i) {
+    for (std::size_t i = first; i < std::min(first + count, sum_.size()); ++i) {
       const double mean = sum_[i] / n;
       const double scatter = std::max(0.0, squares_[i] / n - mean * mean);
-      tally.fluence.push_back(unit * mean);
-      tally.fluence_error.push_back(unit * std::sqrt(scatter / std::max(1.0, count_ - 1.0)));
+      means.push_back(unit * mean);
+      errors.push_back(unit * std::sqrt(scatter / std::max(1.0, count_ - 1.0)));
     }
   }
 
  private:
   static constexpr std::uint64_t least_batches = 10;
-  /// So many full weights may visit one voxel 8192 times each before 64 bits overflow.
+  /// So many full weights may add to one value 8192 times each before 64 bits overflow.
   static constexpr std::uint64_t most_in_a_batch = 1 << 20;
 
   std::uint64_t start(std::uint64_t batch) const { return batch * photons_ / batches_; }
@@ -238,11 +257,26 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
   tally.mean_extinction = table.mean;
   tally.exits.resize(count * surface_pixels(shape));
   tally.totals.resize(count);
-  FluenceBatches fluence(context, options.photons, options.fluence ? count * shape.cells() : 0);
-  const double fluence_unit = 1.0 / (table.majorant * std::pow(shape.voxel_mm, 3));
+  const CameraTable cameras = camera_table(shape, options.cameras);
+  const std::size_t view_pixels =
+      options.cameras.empty() ? 0 : face_shape(shape, options.cameras.begin()->first).cells();
+  BatchedTally fluence(context, options.photons, options.fluence ? count * shape.cells() : 0);
+  BatchedTally view(context, options.photons, 2 * count * view_pixels);
+  const auto write_batched = [&] {
+    const double unit = 1.0 / (table.majorant * std::pow(shape.voxel_mm, 3));
+    fluence.append(unit, 0, count * shape.cells(), tally.fluence, tally.fluence_error);
+    for (const auto& [face, position_mm] : options.cameras) {
+      const auto f = static_cast<std::size_t>(face);
+      for (std::size_t m = 0; m < count; ++m) {
+        view.append(1.0, (2 * m + (is_plus(face) ? 1 : 0)) * view_pixels, view_pixels,
+                    tally.view[f], tally.view_error[f]);
+      }
+    }
+  };
   if (lit_patterns.empty()) {
     fluence.finish_batch(options.photons);
-    fluence.write(0.0, tally);
+    view.finish_batch(options.photons);
+    write_batched();
     return tally;
   }
 
@@ -253,12 +287,14 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
   const device::Buffer exits = zeros<Score>(context, tally.exits.size());
   const device::Buffer totals = zeros<PatternTotals>(context, count);
   const device::Buffer points = upload(context, points_of(shape, options.light));
+  const device::Buffer camera_positions = upload(context, cameras.position);
+  const auto two_a = static_cast<float>(2.0 * boundary_constants(setup.eta).A);
   const Eigen::Vector3f beam = enter_beam(setup, options.light).direction.cast<float>();
   const device::Range range = range_of(context.info(), lit_patterns.size(), options.items);
   const auto step = static_cast<float>(1.0 / (table.majorant * shape.voxel_mm));
   std::uint64_t chunk = std::max<std::uint64_t>(1, first_launch_photons / lit_patterns.size());
   for (std::uint64_t first = 0; first < options.photons;) {
-    const std::uint64_t batch_end = fluence.end_of_batch(first);
+    const std::uint64_t batch_end = std::min(fluence.end_of_batch(first), view.end_of_batch(first));
     const std::uint64_t last = std::min(batch_end, first + chunk);
     const Stopwatch watch;
     context.launch(program, "trace", range, shape.nx, shape.ny, shape.nz, step,
@@ -269,9 +305,13 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
                    static_cast<std::uint32_t>(options.seed >> 32), first, last,
                    static_cast<std::int32_t>(lit_patterns.size()), lit, voxels, entries, beam.x(),
                    beam.y(), beam.z(), static_cast<int>(count - options.light.points.size()),
-                   points, fluence.wanted() ? 1 : 0, fluence.buffer(), exits, totals);
+                   points, fluence.wanted() ? 1 : 0, fluence.buffer(), cameras.axis, two_a,
+                   camera_positions, view.buffer(), exits, totals);
     context.finish();
-    if (last == batch_end) fluence.finish_batch(last);
+    if (last == batch_end) {
+      fluence.finish_batch(last);
+      view.finish_batch(last);
+    }
     const double wanted =
         static_cast<double>(last - first) * seconds_per_launch / std::max(watch.seconds(), 1e-6);
     chunk = std::clamp(static_cast<std::uint64_t>(wanted), std::max<std::uint64_t>(1, chunk / 4),
@@ -281,7 +321,7 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
         "photons", static_cast<double>(last) / static_cast<double>(options.photons),
         std::to_string(last) + " of " + std::to_string(options.photons) + " per pattern");
   }
-  fluence.write(fluence_unit, tally);
+  write_batched();
   context.read(exits, tally.exits.data(), tally.exits.size() * sizeof(Score));
   context.read(totals, tally.totals.data(), tally.totals.size() * sizeof(PatternTotals));
   return tally;

@@ -10,6 +10,7 @@
 
 #include "core/grid.h"
 #include "core/progress.h"
+#include "core/surface_measurements.h"
 #include "device/context.h"
 #include "forward/grid/block_light.h"
 #include "forward/grid/grid_solver.h"
@@ -24,6 +25,7 @@ struct TraceOptions {
   std::optional<std::size_t> items{};  ///< work-items per pattern; changes nothing in the tallies
   LightGeometry light{};
   bool fluence = false;  ///< tally PhotonTally::fluence
+  Cameras cameras{};     ///< tally PhotonTally::view for these; no points, no boundary source
 };
 
 /// Weights of photons and their squares, as integers; sums are exact and independent of order. A
@@ -59,6 +61,10 @@ struct PhotonTally {
   /// [pattern][z][y][x] scattered light's fluence rate per power that enters, and its standard
   /// error from ten or more batches of photons [1/mm²]; empty unless asked for.
   std::vector<double> fluence, fluence_error;
+  /// [pattern][v][u] of each face with a camera: the weight per photon that would leave by each
+  /// pixel if the P1 law (radiance_per_exitance) held for the radiance that the camera sees, and
+  /// its standard error from ten or more batches; in order of all_faces, empty without a camera.
+  std::array<std::vector<double>, 6> view, view_error;
   double majorant = 0.0;         ///< [1/mm]
   double mean_extinction = 0.0;  ///< [1/mm]
 };

@@ -19,6 +19,10 @@ void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
   print.add(m.lit_face);
   print.add(m.seen_face);
   for (const Face face : m.seen_faces) print.add(face);
+  for (const auto& [face, camera] : m.cameras) {
+    print.add(face);
+    for (const double x : camera) print.add(x);
+  }
   print.add(m.quantity);
   print.add(m.light);
   print.add(m.sides);

@@ -69,8 +69,8 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
                        problem_.seen_shape(),
                        2,
                        problem_.patterns,
-                       better,
-                       {}};
+                       problem_.cameras,
+                       better};
     const double chi2 = data_term_.chi2_per_value;
     const double excess = std::isfinite(chi2) ? std::max(1.0, chi2) : 1.0;
     for (const double weight : stated_weight_) {

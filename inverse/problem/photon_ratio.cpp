@@ -167,6 +167,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
   how.device = options.device;
   how.seed = options.seed ^ own_key;
   how.photons = enough_photons(problem, options);
+  how.cameras = problem.cameras;
   const auto face_of = [&](std::size_t m) {
     return problem.seen_faces.empty() ? problem.seen_face : problem.seen_faces[m];
   };

@@ -49,11 +49,12 @@ struct PhotonProblem {
   std::vector<Face> seen_faces;  ///< as those of SurfaceMeasurements
   FaceShape seen_shape;          ///< of what follows: pixels of `factor`² of the grid's own
   int factor = 1;
-  int patterns = 0;               ///< M
-  std::vector<double> diffusion;  ///< M by diffusion [M][v][u]
+  int patterns = 0;                 ///< M
+  Cameras cameras{};                ///< transport's exitance is what they see (ForwardOptions)
+  std::vector<double> diffusion{};  ///< M by diffusion [M][v][u]
   /// Variance of the datum that the ratio times `diffusion` is compared with [M][v][u], infinite
   /// where there is none.
-  std::vector<double> variance;
+  std::vector<double> variance{};
   /// M by diffusion where log κ, and where log μ, is less by slope_step in all voxels; empty: no
   /// slope is asked for.
   std::array<std::vector<double>, 2> diffusion_below{};

@@ -73,17 +73,8 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
                      std::back_inserter(variance),
                      [&](float v) { return per_value * per_value * v; });
     }
-    by_transport({setup,
-                  kappa,
-                  mu,
-                  incident,
-                  light.seen_face,
-                  light.seen_faces,
-                  light.seen_shape(),
-                  options.refine,
-                  light.patterns,
-                  {},
-                  {}},
+    by_transport({setup, kappa, mu, incident, light.seen_face, light.seen_faces, light.seen_shape(),
+                  options.refine, light.patterns, cameras_of(light)},
                  *options.photons, variance, exitance);
   }
   if (!light.lit.empty()) {

@@ -104,6 +104,12 @@ double exitance_per_value(const SurfaceMeasurements& measurements,
   return 1.0 / radiance_per_exitance(boundary_constants(setup.eta), 1.0);
 }
 
+Cameras cameras_of(const SurfaceMeasurements& measurements) {
+  return measurements.light == Light::collimated && measurements.quantity == Quantity::exitance
+             ? measurements.cameras
+             : Cameras{};
+}
+
 forward::GridSetup make_setup(const SurfaceMeasurements& measurements,
                               forward::Convention convention) {
   const bool boundary =
@@ -123,6 +129,7 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
   problem.seen_face = measurements.seen_face;
   problem.seen_faces = measurements.seen_faces;
   problem.patterns = measurements.patterns;
+  problem.cameras = cameras_of(measurements);
   problem.irradiance.assign(measurements.irradiance.begin(), measurements.irradiance.end());
   const double scale = exitance_per_value(measurements, problem.setup);
   const std::size_t count =
@@ -158,6 +165,7 @@ Problem coarsen(const Problem& fine, const ModelError& model_error) {
   coarse.setup.shape = {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
   coarse.seen_face = fine.seen_face;
   coarse.seen_faces = fine.seen_faces;
+  coarse.cameras = fine.cameras;
   coarse.lateral = fine.lateral;
   coarse.patterns = fine.patterns;
 

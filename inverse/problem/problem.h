@@ -28,6 +28,7 @@ struct Problem {
   Face seen_face = Face::z_plus;
   std::vector<Face> seen_faces{};  ///< as those of SurfaceMeasurements
   int patterns = 0;                ///< M
+  Cameras cameras{};               ///< as those of SurfaceMeasurements, under collimated light
   /// [M] 1: lit pixels are used, and LitFace (lit_face.h) describes this picture; empty: none.
   std::vector<std::uint8_t> lateral{};
   std::vector<double> irradiance;  ///< [M][v][u] on the lit face, before Fresnel
@@ -51,6 +52,10 @@ struct Problem {
 
 /// Exitance per unit of the measured quantity [dimensionless or sr].
 double exitance_per_value(const SurfaceMeasurements& measurements, const forward::GridSetup& setup);
+
+/// The cameras that transport predicts the radiance towards: none under diffuse light, whose part
+/// that has not scattered follows no P1 law, nor of other quantities than exitance.
+Cameras cameras_of(const SurfaceMeasurements& measurements);
 
 /// The setup `measurements` ask for: collimated light enters by first collisions, diffuse light
 /// through the boundary; under [W]'s convention all of it does.

@@ -153,6 +153,7 @@ SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
   selected.sides = measurements.sides;
   selected.channels = measurements.channels;
   selected.patterns = static_cast<int>(patterns.size());
+  selected.cameras = measurements.cameras;
   selected.smooth_error = measurements.smooth_error;
   selected.irradiance = slices(measurements.irradiance, 1, count, lit, patterns);
   selected.value = slices(measurements.value, channels, count, seen, patterns);

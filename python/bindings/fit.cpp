@@ -56,6 +56,9 @@ SurfaceMeasurements measurements_from(const py::dict& fields) {
   m.seen_face = named(face_names, text("seen_face"), "seen_face");
   for (const auto& face : fields["seen_faces"].cast<std::vector<std::string>>())
     m.seen_faces.push_back(named(face_names, face, "seen_faces"));
+  for (const auto& [face, place] :
+       fields["camera_mm"].cast<std::map<std::string, std::array<double, 3>>>())
+    m.cameras[named(face_names, face, "camera_mm")] = {place[0], place[1], place[2]};
   m.quantity = named(quantity_names, text("quantity"), "quantity");
   m.light = named(light_names, text("light"), "light");
   m.sides = named(sides_names, text("sides"), "sides");
@@ -92,6 +95,10 @@ py::dict to_dict(SurfaceMeasurements&& m) {
     for (const Face face : m.seen_faces) faces.append(to_string(face));
     fields["seen_faces"] = faces;
   }
+  py::dict cameras;
+  for (const auto& [face, place] : m.cameras)
+    cameras[py::str(to_string(face))] = py::make_tuple(place.x(), place.y(), place.z());
+  fields["camera_mm"] = cameras;
   fields["quantity"] = to_string(m.quantity);
   fields["light"] = to_string(m.light);
   fields["sides"] = to_string(m.sides);

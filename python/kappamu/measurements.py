@@ -27,6 +27,8 @@ class Measurements:
         light: "collimated" or "diffuse".
         sides: "open" or "mirror".
         channels: names.
+        camera_mm: {"z+": (x, y, z)}, where cameras stand before the seen faces [mm]; transport then predicts the radiance
+            towards them. None: `value` is exitance.
         mask: uint8, the shape of `value`, 1 = use; None: all.
     """
 
@@ -44,6 +46,7 @@ class Measurements:
     channels: list = None
     mask: object = None
     seen_faces: list = None
+    camera_mm: dict = None
 
     def _fields(self):
         value = np.asarray(plain(self.value))
@@ -55,7 +58,8 @@ class Measurements:
         nz, ny, nx = self.shape
         return {"grid": (int(nx), int(ny), int(nz)), "voxel_mm": float(self.voxel_mm), "eta": float(self.eta),
                 "lit_face": self.lit_face, "seen_face": self.seen_face,
-                "seen_faces": list(self.seen_faces or []), "quantity": self.quantity, "light": self.light,
+                "seen_faces": list(self.seen_faces or []),
+                "camera_mm": {face: tuple(map(float, place)) for face, place in (self.camera_mm or {}).items()}, "quantity": self.quantity, "light": self.light,
                 "sides": self.sides, "channels": list(names), "irradiance": np.asarray(plain(self.irradiance)),
                 "value": by_channel(self.value), "variance": by_channel(self.variance), "mask": by_channel(self.mask)}
 

@@ -2,7 +2,7 @@
 """A capture session whose photographs are Mitsuba 3's: a block of known volume, seen by another random walk.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy
-    nice venv/bin/python studies/references/mitsuba_photographs.py FOLDER [--g 0.8] [--passes 16]
+    nice venv/bin/python studies/references/mitsuba_photographs.py FOLDER [--g 0.8] [--turn 30] [--passes 16]
 
 Writes FOLDER/session and FOLDER/truth (kappa_Y.npy, mu_Y.npy [z][y][x], similarity-reduced). Boards, targets and
 the place of everything are those of tests/app/handwritten_session.py. The block has open, smooth dielectric
@@ -169,10 +169,12 @@ def main():
     arguments.add_argument("folder", type=pathlib.Path)
     arguments.add_argument("--g", type=float, default=0.0)
     arguments.add_argument("--passes", type=int, default=16, help="of 25 walks a pixel, for each of four frames")
+    arguments.add_argument("--turn", type=float, default=1.0, help="the camera's, from the normal of the seen face [degrees]")
     arguments.add_argument("--homogeneous", action="store_true", help="without inclusions")
     options = arguments.parse_args()
     mi.set_variant("scalar_rgb")
     rig = handwritten(options.folder / "session")
+    rig.BACK = rig.looking(54.0, options.turn, rig.MIDDLE + [0, 0, rig.SIZE[2]], True)
     (options.folder / "truth").mkdir(parents=True)
     scattering, absorption = volume(rig.GRID, options.homogeneous)
     np.save(options.folder / "truth/kappa_Y.npy", (1 / (3 * (scattering + absorption))).astype(np.float32))

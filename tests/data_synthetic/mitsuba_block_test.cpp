@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "device/device_info.h"
 #include "inverse/fit/fit_uncertainty.h"
 #include "inverse/problem/predict.h"
 #include "inverse/validation/validated_fit.h"
@@ -57,6 +58,35 @@ TEST_F(MitsubaBlock, TrueVolumePredictsItsLight) {
               score.error.E());
   EXPECT_NEAR(predicted / measured, 1.0, 0.03);  // 1.005; our Monte Carlo: 1.004
   EXPECT_LT(score.error.E(), 2.5e-2);            // 1.9e-2; our Monte Carlo: 7e-3
+}
+
+/// Photons know where a camera stands: the exitance of a face, spread by the P1 law, is not what it
+/// sees.
+TEST_F(MitsubaBlock, TrueVolumePredictsWhatCamerasSeeByTransport) {
+  if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  options_.solver.backend.device = "auto";
+  for (const char* view : {"", "oblique"}) {
+    SCOPED_TRACE(view);
+    const SurfaceMeasurements seen = io::read_measurements(folder_ / view / "measurements");
+    ASSERT_EQ(seen.cameras.count(Face::z_plus), 1);
+    const auto error = [&](const SurfaceMeasurements& measured) {
+      const inverse::ValidationScore score = inverse::validation_score(
+          truth_, measured, 0, inverse::predict_options(options_, inverse::Physics::transport),
+          options_.data.model_error, options_.data.term);
+      double predicted = 0.0, all = 0.0;
+      for (const float value : score.prediction) predicted += value;
+      for (const float value : measured.value) all += value;
+      std::printf("%s: light, ours over Mitsuba's, %.4f, E %.2e (noise %.2e)\n",
+                  measured.cameras.empty() ? "exitance" : "camera", predicted / all,
+                  score.error.E(), score.error.noise_E());
+      return score.error;
+    };
+    SurfaceMeasurements without = seen;
+    without.cameras.clear();
+    const AppearanceError camera = error(seen), exitance = error(without);
+    EXPECT_LT(camera.E(), 0.5 * exitance.E());
+    EXPECT_LT(camera.E(), 1.5 * camera.noise_E());
+  }
 }
 
 TEST_F(MitsubaBlock, FittedBlindItPredictsOtherLightAndStatesItsErrors) {

@@ -57,6 +57,10 @@ class HalfSpace {
     for (int i = 0; i < nodes; ++i) sum += 2.0 * node(i) * reflected(node(i)) / nodes;
     return sum;
   }
+  /// Radiance at the cosine over normal irradiance.
+  double radiance(double mu) const {
+    return albedo_ * at(mu) * at(1.0) / (4.0 * std::numbers::pi * (1.0 + mu));
+  }
   /// Part of light at normal incidence that leaves at cosines above `from`.
   double reflected_above(double from) const {
     double sum = 0.0;
@@ -73,6 +77,33 @@ class HalfSpace {
   double albedo_;
   std::vector<double> h_;
 };
+
+TEST_F(MonteCarloSlab, SendsCamerasChandrasekharsRadiance) {
+  GridSetup setup;
+  setup.shape = {1, 1, 1, 100.0};  // 100 mean free paths
+  setup.eta = 1.0;
+  setup.sides = Sides::mirror;
+  const std::vector<double> light{1.0};
+  Progress silent;
+  TraceOptions options;
+  options.photons = 200'000;
+  for (const double albedo : {0.5, 0.9}) {
+    const HalfSpace exact(albedo);
+    for (const double cosine : {1.0, 0.7, 0.3}) {
+      SCOPED_TRACE(std::to_string(albedo) + " at cosine " + std::to_string(cosine));
+      options.cameras[Face::z_minus] =
+          1e7 * Eigen::Vector3d(std::sqrt(1.0 - cosine * cosine), 0.0, -cosine);
+      const PhotonTally tally =
+          trace_photons(context(), setup, testing::homogeneous(setup.shape, 1.0 - albedo, albedo),
+                        light, 1, options, silent);
+      const double per_exitance = radiance_per_exitance(boundary_constants(1.0), cosine);
+      const double found = per_exitance * tally.view[4][0],
+                   error = per_exitance * tally.view_error[4][0];
+      EXPECT_NEAR(found, exact.radiance(cosine), 4.0 * error);
+      EXPECT_LT(error, 0.004 * found);
+    }
+  }
+}
 
 TEST_F(MonteCarloSlab, AgreesWithChandrasekharsHalfSpace) {
   for (const double albedo : {0.5, 0.9, 0.99}) {
