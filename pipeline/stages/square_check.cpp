@@ -1,6 +1,7 @@
 #include "pipeline/stages/square_check.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "calib/sample/face.h"
 #include "core/shown_text.h"
@@ -9,6 +10,8 @@ namespace kappamu::pipeline {
 
 namespace {
 
+constexpr double least_turn = 5.0;        // of a camera that looks aslant [degrees]
+constexpr double least_along = 0.8;       // cosine between the shift and the camera's side
 constexpr double limit_deviations = 3.0;  // a shift's limit is as many of its deviations
 
 std::string percent(double share) {
@@ -24,6 +27,29 @@ std::string warning_of(const SquareSize& size) {
          (factor > 1.0 ? "smaller" : "larger") +
          " than sample.grid and sample.voxel_mm say: measure the board over many squares, and the "
          "block, correct session.json and calibrate again.";
+}
+
+/// Where the camera looks from beside the normal and the images lie towards it.
+std::optional<std::string> aslant(const inverse::Consistency& consistency,
+                                  const SurfaceMeasurements& m) {
+  const auto camera = m.cameras.find(m.seen_face);
+  if (camera == m.cameras.end()) return std::nullopt;
+  const auto [u, v] = face_axes(m.seen_face);
+  const int n = axis_of(m.seen_face);
+  const auto extent = [&](int axis) { return m.grid.extent(axis) * m.grid.voxel_mm; };
+  const Eigen::Vector2d beside(camera->second[u] - 0.5 * extent(u),
+                               camera->second[v] - 0.5 * extent(v));
+  const double above = is_plus(m.seen_face) ? camera->second[n] - extent(n) : -camera->second[n];
+  const double turn = std::atan2(beside.norm(), above) * 180.0 / std::numbers::pi;
+  const Eigen::Vector2d shift(consistency.shift_u.value, consistency.shift_v.value);
+  if (turn < least_turn || shift.dot(beside) < least_along * shift.norm() * beside.norm()) {
+    return std::nullopt;
+  }
+  return formatted(
+      "The camera looks from %.0f degrees beside the normal, and light that leaves aslant was "
+      "scattered last that far aside of where it is seen: diffusion knows nothing of it. Fit with "
+      "the physics transport, which follows it to the camera, or photograph along the normal.",
+      turn);
 }
 
 std::string in_words(const SquareSize& size) {
@@ -84,12 +110,16 @@ std::vector<ShiftFindings> check_shift(std::span<const inverse::Consistency> cha
   if (shifted) {
     findings[*shifted].warnings.push_back(
         inverse::shift_sentence(channels[*shifted], measurements.grid, measurements.seen_face));
+    if (const auto sentence = aslant(channels[*shifted], measurements)) {
+      findings[*shifted].warnings.push_back(*sentence);
+    }
   }
   for (std::size_t c = 0; c < channels.size() && calibration; ++c) {
     const std::optional<SquareSize> size =
         check_square_size(channels[c], *calibration, measurements);
     if (!size) continue;
-    if (c == shifted && size->explains) {
+    const bool is_aslant = c == shifted && aslant(channels[c], measurements);
+    if (c == shifted && size->explains && !is_aslant) {
       findings[c].warnings.push_back(warning_of(*size));
     } else {
       findings[c].notes.push_back(in_words(*size));

@@ -102,7 +102,7 @@ void measure_photographs(const Request& request, Progress& progress, const Save&
              {"wall s", cost.wall_s},
              {"processor s", cost.processor_s},
              {"peak GB", cost.peak_gb}};
-    row["of decoding"] = floor_s > 0.0 ? cost.wall_s / floor_s : 1.0;
+    row["of decoding"] = floor_s > 0.0 ? cost.processor_s / floor_s : 1.0;
     rows.push_back(row);
     save({{"session", folder.string()}, {"rows", rows}});
   };

@@ -8,6 +8,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <vector>
 
 #include "calib/projector/projector.h"
@@ -112,6 +113,28 @@ TEST(SquareCheck, AShiftAlongTheLineTellsTheSize) {
     EXPECT_THAT(found.notes, ElementsAre(HasSubstr("an error is reported beyond")));
   }
   EXPECT_FALSE(check_square_size({}, rig.calibration, rig.measurements()));
+}
+
+TEST(SquareCheck, ACameraThatLooksAslantComesFirst) {
+  const Rig rig;
+  const Eigen::Vector3d moved =
+      light_shift_per_log_square(rig.calibration, rig.grid, Face::z_minus);
+  const std::vector<inverse::Consistency> shifted{Rig::shifted(0.03 * moved, 0.6)};
+  const Eigen::Vector3d middle(0.5 * 20 * voxel_mm, 0.5 * 16 * voxel_mm, 6 * voxel_mm);
+  const auto warnings = [&](double degrees, double side) {
+    SurfaceMeasurements measurements = rig.measurements();
+    const double turn = degrees * std::numbers::pi / 180.0;
+    measurements.cameras[Face::z_plus] =
+        middle + 50.0 * (std::cos(turn) * Eigen::Vector3d::UnitZ() +
+                         std::sin(turn) * side * moved.normalized());
+    return check_shift(shifted, rig.calibration, measurements)[0].warnings;
+  };
+  EXPECT_THAT(warnings(25.0, 1.0), ElementsAre(HasSubstr("sample pose"),
+                                               HasSubstr("from 25 degrees beside the normal")));
+  for (const auto& others : {warnings(3.0, 1.0), warnings(25.0, -1.0)}) {
+    EXPECT_THAT(others,
+                ElementsAre(HasSubstr("sample pose"), HasSubstr("larger than calibration")));
+  }
 }
 
 class SquareCheckTest : public TemporaryFolderTest {
