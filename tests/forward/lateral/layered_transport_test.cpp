@@ -62,6 +62,22 @@ TEST(LayeredTransport, LayersOfOneMediumAreNone) {
   }
 }
 
+/// Equal σs' is not equal light: through an absorbing slab isotropic scattering is 12 to 17 %
+/// brighter than g 0.9.
+TEST(LayeredTransport, AnisotropyMattersWhereLightIsAbsorbed) {
+  const LayeredTransport isotropic(stack_index, 0.0), forwards(stack_index, 0.9);
+  for (const double thickness : {2.0, 4.0, 8.0}) {
+    const auto through = [&](const LayeredTransport& transport, double mua) {
+      const std::array<TransportLayer, 1> slab{{{mua, 1.0, thickness}}};
+      return transport(slab, 0.0).transmittance;
+    };
+    const double dark = through(isotropic, 0.1) / through(forwards, 0.1);
+    EXPECT_GT(dark, 1.1) << thickness;
+    EXPECT_LT(dark, 1.2) << thickness;
+    EXPECT_LT(through(isotropic, 0.01) / through(forwards, 0.01), 1.05) << thickness;
+  }
+}
+
 TEST(LateralStack, InterpolatesWhatLayersAnswer) {
   LateralMedium medium{stack_index, 0.9};
   medium.cover = LateralCover{{0.3, 2.0}, 0.1};
