@@ -83,8 +83,9 @@ double white_noise(const FaceShape& face, std::span<const float> value,
   }
   constexpr std::size_t enough = 50;
   if (sizes.size() < enough) return 0.0;
-  constexpr double normal_median = 0.6744897501960817, white = 6.0;  // √Σ of the squared weights
-  return upper_median(std::move(sizes)) / (normal_median * white);
+  constexpr double middle = 0.6744897501960817;  // of |e| of a standard normal number
+  constexpr double white = 6.0;                  // √Σ of the squared weights
+  return upper_median(std::move(sizes)) / (middle * white);
 }
 
 std::vector<double> in_voxels(const SurfaceMeasurements& m, int pattern) {
