@@ -75,10 +75,11 @@ TwoLayerFit fit_two_layers(const forward::LayeredTransport& transport, double th
   LeastSquaresState at{from, residual.residual(from), {}};
   TwoLayerFit fit;
   if (at.residual.size() == 0) return fit;
-  constexpr double settled = 1e-4;
+  constexpr double small_step = 1e-4;
   fit.converged =
       levenberg_marquardt(residual, prior, at, {.most_steps = 60}, [](const PlannedStep& planned) {
-        return planned.step.cwiseAbs().maxCoeff() < settled ? Continue::converged : Continue::yes;
+        return planned.step.cwiseAbs().maxCoeff() < small_step ? Continue::converged
+                                                               : Continue::yes;
       }).converged;
   const Eigen::Vector4d found = at.p.array().exp();
   fit.upper = {found[0], found[1]};
