@@ -103,7 +103,7 @@ TEST(LitFace, NoiseThatNobodyStatedIsMeasuredAndBiasesNothing) {
   options.path.model = Model::homogeneous;
   for (const std::uint64_t seed : {1, 2, 3}) {
     SurfaceMeasurements m = by_table();
-    constexpr double relative = 0.2;  // of the mean value
+    constexpr double relative = 0.1;  // of the mean value
     double mean = 0.0;
     for (const float value : m.value) mean += value / static_cast<double>(m.value.size());
     for (std::size_t i = 0; i < m.value.size(); ++i) {
@@ -115,11 +115,11 @@ TEST(LitFace, NoiseThatNobodyStatedIsMeasuredAndBiasesNothing) {
     EXPECT_NEAR(use.noise / relative, 1.0, 0.3) << seed;
     EXPECT_LT(use.stated, 0.1 * relative);
     const ChannelFit found = cases::fit(use.measurements, options);
-    EXPECT_LT(found.report.chi2_per_value, 1.5) << seed;
+    EXPECT_LT(found.report.chi2_per_value, 1.8) << seed;
     const Uncertainty stated = estimate_model_uncertainty(found, use.measurements, 0, options);
     EXPECT_LT(std::abs(std::log(found.medium.kappa[0] / kappa)), 3.0 * stated.log_kappa_std[0]);
     EXPECT_LT(std::abs(std::log(found.medium.mu[0] / mua)), 3.0 * stated.log_mu_std[0]);
-    constexpr double within = 0.06;
+    constexpr double within = 0.05;  // chance alone leaves 1.4 and 1.5 %
     EXPECT_NEAR(std::log(found.medium.kappa[0] / kappa), 0.0, within) << seed;
     EXPECT_NEAR(std::log(found.medium.mu[0] / mua), 0.0, within) << seed;
   }
