@@ -128,15 +128,19 @@ void average(const capture::HdrImage& picture, int channel, const Footprints& fo
   }
 }
 
-/// Of the sample before the camera where it sees a pattern.
-const SamplePose& pose_of(const capture::Session& session, const CalibrationResult& calibration,
-                          const capture::Pattern& pattern) {
-  return capture::pattern_face(session, pattern) == session.sample.seen_face
-             ? calibration.pattern_pose
-             : calibration.calibration_pose;
+/// Where the camera stands under a pattern.
+const std::string& station_of(const capture::Session& session, const capture::Pattern& pattern) {
+  return pattern.station.empty() ? session.pattern_station : pattern.station;
 }
 
-/// A face as the camera sees it from its station.
+/// Of the sample before the camera there: two stations may see one face.
+const SamplePose& pose_of(const capture::Session& session, const CalibrationResult& calibration,
+                          const capture::Pattern& pattern) {
+  return station_of(session, pattern) == session.pattern_station ? calibration.pattern_pose
+                                                                 : calibration.calibration_pose;
+}
+
+/// A face as the camera sees it from one station.
 struct SeenFace {
   Footprints footprints;
   std::vector<std::vector<double>> exitance_per_signal;  ///< [channel][voxel]
@@ -214,18 +218,23 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
                      "projected_board and the sample view from station \"" +
                      session.calibration_station + "\"");
   }
-  std::map<Face, SeenFace> faces;
+  std::map<std::string, SeenFace> views;  // by station
+  std::map<Face, int> stations;
   std::vector<Face> of_patterns;
   for (const capture::Pattern* pattern : patterns) {
     const Face face = capture::pattern_face(session, *pattern);
     of_patterns.push_back(face);
-    if (faces.contains(face)) continue;
+    const std::string& station = station_of(session, *pattern);
+    if (views.contains(station)) continue;
     const SamplePose& pose = pose_of(session, calibration, *pattern);
-    faces.emplace(face, seen_face(session, calibration, pose, face));
-    if (sample.radiance == capture::Radiance::transport) {
-      result.cameras[face] = pose.camera_from_sample.inverse().translation;
-    }
+    views.emplace(station, seen_face(session, calibration, pose, face));
+    ++stations[face];
+    result.cameras[face] = pose.camera_from_sample.inverse().translation;
   }
+  // A face that is seen from two stations has no one camera.
+  std::erase_if(result.cameras, [&](const auto& of_face) {
+    return sample.radiance == capture::Radiance::p1 || stations.at(of_face.first) > 1;
+  });
   set_seen_faces(of_patterns, result.seen_face, result.seen_faces);
   const std::size_t channels = session.channels.size();
   const std::size_t seen_cells = result.seen_shape().cells();
@@ -233,7 +242,7 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   result.value.resize(channels * count * seen_cells);
   result.variance.resize(result.value.size());
   result.mask.resize(result.value.size());
-  const bool lit_is_seen = faces.contains(sample.lit_face);
+  const bool lit_is_seen = result.lit_is_seen();
   if (lit_is_seen && !options.keep_lit) result.lit.assign(result.value.size(), 0);
   const LightTable light = light_table(calibration.projector_curve);
   ValueCheck values;
@@ -247,7 +256,7 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     const capture::HdrImage picture = hdr(patterns[m]->id);
     check(picture.radiance.channels() == static_cast<int>(channels),
           "the HDR picture of pattern " + patterns[m]->id + " has the session's channels");
-    SeenFace& face = faces.at(of_patterns[m]);
+    SeenFace& face = views.at(station_of(session, *patterns[m]));
     face.look_at(picture, session.camera.width);
     const std::vector<std::uint8_t> lit_here =
         of_patterns[m] == sample.lit_face && !options.keep_lit

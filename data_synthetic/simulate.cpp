@@ -229,10 +229,6 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   }
   const Stopwatch transport_time;
   SimulatedRig rig(options, device);
-  if (options.both_faces && rig.rig().sample.setup == capture::Setup::front_lit) {
-    throw InputError("the sample " + rig.rig().sample.name +
-                     " is front-lit and has one visible face: choose a back-lit one for both");
-  }
   std::vector<PlannedPattern> patterns = planned_patterns(rig.rig(), options);
   std::vector<Image<std::uint8_t>> images;
   images.reserve(patterns.size());

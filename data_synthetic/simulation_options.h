@@ -20,9 +20,11 @@ struct SimulationOptions {
   capture::FitLight light;   ///< patterns to fit, bars 1 to 64, patches 1 to 16, sinusoids
   bool validation = true;    ///< add validation patterns: 4 of 8 × 8 patches, a cross, a checker
   double noise_scale = 1.0;  ///< factor on shot and read noise, 0 (none) to 10
-  bool both_faces = false;   ///< back-lit: the lit face is photographed under the patterns too
-  std::uint64_t seed = 1;    ///< of the sample's structure, the rig's imperfections and the noise
-  int bit_depth = 12;        ///< 8 to 16
+  /// The patterns are photographed from the calibration station too: on the lit face, which of
+  /// front-lit samples is seen twice.
+  bool both_faces = false;
+  std::uint64_t seed = 1;  ///< of the sample's structure, the rig's imperfections and the noise
+  int bit_depth = 12;      ///< 8 to 16
   capture::Encoding encoding = capture::Encoding::response;
   /// Exposure times of each pattern [s], rising; six in geometric steps as in the paper: 1/30
   /// ... 8.

@@ -1,6 +1,7 @@
 #include "pipeline/lit_pixels.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.h"
 #include "core/shown_text.h"
@@ -34,13 +35,20 @@ LitPixels choose_lit_pixels(FitInput& input, const FitStageOptions& options) {
   const bool others = measured.mask.empty() || any(measured.mask);
   Model& model = chosen.options.fit.path.model;
   if (!others && model == Model::automatic) model = Model::homogeneous;
-  std::string why = unfit(options);
+  std::string why = unfit(options), noisy;
   if (model != Model::homogeneous) {
     why = "diffusion does not describe them, and transport does for a homogeneous block alone";
   }
   try {
     if (!why.empty()) throw InputError(why);
-    measured = inverse::with_lit_pixels(measured);
+    inverse::LitPixelUse use = inverse::with_lit_pixels(measured);
+    measured = std::move(use.measurements);
+    constexpr double told = 2.0;  // standard deviations
+    if (use.noise > told * use.stated) {
+      noisy = " Their values scatter by " + shown_number(100.0 * use.noise, "%.2g") +
+              " % from voxel to voxel, beyond the " + shown_number(100.0 * use.stated, "%.2g") +
+              " % stated: grain, or a simulation's photons; it counts as noise.";
+    }
   } catch (const InputError& reason) {
     if (!others) {
       throw InputError("every pixel of the seen face is lit, and lit pixels cannot be used: " +
@@ -57,7 +65,8 @@ LitPixels choose_lit_pixels(FitInput& input, const FitStageOptions& options) {
                 shown_number(inverse::lit_anisotropy, "%.2g") +
                 (options.fit.path.model == Model::automatic
                      ? "; every pixel is lit, so the block is taken as homogeneous."
-                     : ".");
+                     : ".") +
+                noisy;
   return chosen;
 }
 

@@ -137,7 +137,8 @@ docs/simulator.md. The pose of everything is a little off and unknown to the pip
                     "Leave out the patterns kept from the fit (4 small patches, cross, checker)");
   command->add_flag("--both-faces", a.options.both_faces,
                     "Photograph the lit face under the patterns too, from the calibration station "
-                    "(back-lit samples in a dark room)");
+                    "(in a dark room); of front-lit samples, which show no other face, from two "
+                    "stations");
   command
       ->add_option("--pattern", a.patterns,
                    "Further pattern pictures, grey, 8 bits, 1024 x 768; not used by the fit")

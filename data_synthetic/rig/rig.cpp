@@ -237,6 +237,7 @@ Rigid Rig::world_from_target() const {
 Rig make_rig(const SimulationOptions& options) {
   Rig rig;
   rig.sample = make_sample(options.sample, options.seed, options.grid);
+  rig.two_stations = options.both_faces;
   const GridShape& grid = rig.sample.grid;
   const Vector3d extent = Vector3d(grid.nx, grid.ny, grid.nz) * grid.voxel_mm;
   rig.size_mm = std::max(extent.x(), extent.y() * 4.0 / 3.0);
@@ -256,6 +257,11 @@ Rig make_rig(const SimulationOptions& options) {
   rig.world_from_camera[front_station] = look_at(
       aim + front_distance * Vector3d(-std::sin(front_angle), -0.05, -std::cos(front_angle)), aim,
       0.6 * jitter(seed, station_angle, 1));
+  const double side_angle = radians(22.0 + 0.7 * jitter(seed, station_angle, 3));
+  const double side_distance = 1.6 * camera_focal_widths * s;
+  rig.world_from_camera[side_station] =
+      look_at(side_distance * Vector3d(std::sin(side_angle), 0.04, -std::cos(side_angle)),
+              Vector3d::Zero(), 0.8 * jitter(seed, station_angle, 4));
   const Vector3d back_centre(0.0, 0.0, extent.z());
   const double back_distance = 1.4 * camera_focal_widths * s;
   rig.world_from_camera[back_station] =

@@ -6,6 +6,8 @@
 //   projector        7 S before the lit face, its picture 2 S wide
 //   station "front"  17° to the projector's side, its picture about 2.9 S wide
 //   station "back"   behind the sample, 2° off the normal, its picture about 1.4 S wide
+//   station "side"   on the projector's other side, 22° off the normal, its picture about 1.6 S
+//   wide
 // Seen from "front", the projected chessboard (1.15 S wide) covers the place of the sample and the
 // printed board lies to its left, outside the projector's picture.
 #pragma once
@@ -25,6 +27,7 @@ namespace kappamu::synthetic {
 
 inline constexpr const char* front_station = "front";
 inline constexpr const char* back_station = "back";
+inline constexpr const char* side_station = "side";
 
 struct Rig {
   SampleModel sample;
@@ -44,8 +47,10 @@ struct Rig {
   std::vector<Rigid> world_from_plane;   ///< poses of the projector planes
   Rigid plane_from_board;                ///< the printed board on each plane
 
+  bool two_stations = false;  ///< patterns are seen from "front" too
   std::string pattern_station() const {
-    return sample.setup == capture::Setup::back_lit ? back_station : front_station;
+    if (sample.setup == capture::Setup::back_lit) return back_station;
+    return two_stations ? side_station : front_station;
   }
   /// World frame of a target lying in the plane of the lit face, centred on it.
   Rigid world_from_target() const;

@@ -67,7 +67,7 @@ capture::Projector SimulatedRig::projector() const {
 void SimulatedRig::place(const capture::Scene& scene) {
   if (rig_.world_from_camera.count(scene.station) == 0) {
     throw InputError("the simulated rig has no camera station \"" + scene.station +
-                     "\": use \"front\" or \"back\"");
+                     "\": use \"front\", \"side\" or \"back\"");
   }
   scene_ = scene;
   shown_ = Image<std::uint8_t>(rig_.projector_size.width, rig_.projector_size.height, 1);
@@ -143,7 +143,9 @@ void SimulatedRig::solve(const std::vector<Image<std::uint8_t>>& images, Progres
 }
 
 std::vector<Face> SimulatedRig::photographed() const {
-  if (options_.both_faces) return {rig_.sample.seen_face(), rig_.sample.lit_face()};
+  if (options_.both_faces && rig_.sample.seen_face() != rig_.sample.lit_face()) {
+    return {rig_.sample.seen_face(), rig_.sample.lit_face()};
+  }
   return {rig_.sample.seen_face()};
 }
 
@@ -206,14 +208,14 @@ Image<float> SimulatedRig::sample_radiance(const Image<std::uint8_t>& image, boo
     Progress silent;
     solve({image}, silent);
   }
-  if (!face_views_.contains(face)) {
-    const std::string station = lit_face ? front_station : rig_.pattern_station();
+  const std::string station = lit_face ? front_station : rig_.pattern_station();
+  if (!face_views_.contains(station)) {
     face_views_.emplace(
-        std::piecewise_construct, std::tuple(face),
+        std::piecewise_construct, std::tuple(station),
         std::forward_as_tuple(rays(), rig_.world_from_camera.at(station), rig_.world_from_sample,
                               transport_->block().shape, face, transport_->constants()));
   }
-  return to_full_scales(face_views_.at(face).radiance(exitance(image, face)));
+  return to_full_scales(face_views_.at(station).radiance(exitance(image, face)));
 }
 
 double SimulatedRig::white_exposure_s(double signal) const {

@@ -69,7 +69,7 @@ class SimulatedRig final : public capture::RigDevice {
   std::array<Medium, 3> media_;
   std::map<std::pair<std::string, Face>, ExitanceMaps> solved_;  ///< by the image's pixels
   std::unique_ptr<RayTable> rays_;
-  std::map<Face, FaceView> face_views_;
+  std::map<std::string, FaceView> face_views_;  ///< by station
   capture::Scene scene_;
   Image<std::uint8_t> shown_;
   std::optional<Image<float>> picture_;  ///< of the present scene and image

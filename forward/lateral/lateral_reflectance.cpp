@@ -10,9 +10,8 @@
 #include "core/error.h"
 #include "core/optics.h"
 #include "core/shown_text.h"
-#include "forward/analytic/layered_mode.h"
-#include "forward/analytic/validity.h"
 #include "forward/lateral/lateral_diffusion.h"
+#include "forward/lateral/lateral_stack.h"
 #include "forward/lateral/slides.h"
 
 namespace kappamu::forward {
@@ -56,15 +55,9 @@ double slab_error(double thickness) {
   return 0.45 * std::exp(-1.4 * thickness);
 }
 
-// Relative error of two layers by diffusion's equivalent half-space: nothing where one of them
-// decides alone, in proportion to how far their coefficients are apart, and growing with frequency.
-// Against Monte Carlo: 0.3 to 1.1 % under even light, 5 to 30 % where 2πf/σs' is 0.9 to 1.5
-// (tests/forward/lateral/two_layers_test.cpp).
-double layers_error(double share, double k, const LateralLayer& upper, const LateralLayer& lower) {
-  const double apart =
-      std::abs(std::log(upper.musp / lower.musp)) + std::abs(std::log(upper.mua / lower.mua)) / 4.0;
-  return share * (1.0 - share) * apart * (0.05 + 1.2 * k * k / (1.0 + k * k));
-}
+// Of layers by spherical harmonics: within 0.4 % of the table's half-spaces at all g and up to
+// 0.4 /mm (layered_transport_test.cpp).
+constexpr double stack_error = 0.004;
 
 }  // namespace
 
@@ -106,6 +99,7 @@ LateralReflectance::LateralReflectance(const LateralMedium& medium) : medium_(me
       }
     }
   }
+  if (medium.thickness_mm || medium.cover) stack_ = std::make_shared<LateralStack>(medium);
 }
 
 LateralValue LateralReflectance::half_space(double a, double k) const {
@@ -139,54 +133,8 @@ LateralValue LateralReflectance::half_space(double a, double k) const {
   return {reflectance, reflectance * by_a, reflectance * by_k};
 }
 
-LateralReflectance::TwoLayers LateralReflectance::two_layers(double frequency, double mua,
-                                                             double musp) const {
-  const LateralLayer fitted{mua, musp};
-  TwoLayers two{fitted, fitted, 0.0, 0.0};
-  if (medium_.cover) {
-    two.upper = *medium_.cover;
-    two.thickness = medium_.cover->thickness_mm;
-  } else {
-    two.lower = *medium_.base;
-    two.thickness = *medium_.thickness_mm;
-  }
-  // A beam's first collisions fall with depth by μtr, what comes back from there by γ.
-  const double transport = two.upper.mua + two.upper.musp;
-  const double wave = 2.0 * std::numbers::pi * frequency;
-  const double decay = std::sqrt(3.0 * two.upper.mua * transport + wave * wave);
-  two.share = -std::expm1(-two.thickness * (transport + decay));
-  return two;
-}
-
-double LateralReflectance::layered_value(double frequency, double mua, double musp) const {
-  const TwoLayers two = two_layers(frequency, mua, musp);
-  const auto layer = [](const LateralLayer& of, double thickness) {
-    return Layer{1.0 / (3.0 * (of.mua + of.musp)), of.mua, thickness};
-  };
-  const std::array<Layer, 2> layers{layer(two.upper, two.thickness),
-                                    layer(two.lower, std::numeric_limits<double>::infinity())};
-  const double wave = 2.0 * std::numbers::pi * frequency;
-  const double diffuse = LayeredMode(layers, robin_A_, {wave * wave, 1.0, 0.0}).flux_out_near();
-  // The half-space of the same diffuse reflectance, which falls with a.
-  const double k = k_of(frequency, two.share * two.upper.musp + (1.0 - two.share) * two.lower.musp);
-  constexpr double least = 1e-9, most = 1e3;
-  constexpr int halvings = 50;
-  double low = std::log(least), high = std::log(most);
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = 0.5 * (low + high);
-    (diffuse_half_space(std::exp(middle), k, robin_A_) > diffuse ? low : high) = middle;
-  }
-  const double a = std::exp(0.5 * (low + high));
-  return half_space(a, k).reflectance * diffuse / diffuse_half_space(a, k, robin_A_);
-}
-
 LateralValue LateralReflectance::operator()(double frequency, double mua, double musp) const {
-  if (layered()) {
-    constexpr double part = 1e-4;
-    const double value = layered_value(frequency, mua, musp);
-    return {value, (layered_value(frequency, mua * (1.0 + part), musp) - value) / (part * mua),
-            (layered_value(frequency, mua, musp * (1.0 + part)) - value) / (part * musp)};
-  }
+  if (layered()) return stack_->reflectance(frequency, mua, musp);
   const double a = mua / musp, k = k_of(frequency, musp);
   const LateralValue half = half_space(a, k);
   LateralValue result{half.reflectance, half.d_mua / musp,
@@ -207,34 +155,17 @@ LateralValue LateralReflectance::operator()(double frequency, double mua, double
   return result;
 }
 
-double LateralReflectance::transmitted(double frequency, double mua, double musp) const {
-  const double transport = mua + musp, wave = 2.0 * std::numbers::pi * frequency;
-  const std::array<Layer, 1> slab{{{1.0 / (3.0 * transport), mua, *medium_.thickness_mm}}};
-  const LayeredMode mode(slab, surface_A_, {wave * wave, 1.0, 0.0});
-  const double error = diffusion_validity(musp / transport, *medium_.thickness_mm * transport)
-                           .transmitted.value_or(0.0);
-  return (mode.flux_out_far() + mode.unscattered_far()) / (1.0 + error);
-}
-
 LateralValue LateralReflectance::transmittance(double frequency, double mua, double musp) const {
   check(medium_.thickness_mm && !medium_.base, "light shines through slabs alone");
-  constexpr double part = 1e-4;
-  const double value = transmitted(frequency, mua, musp);
-  return {value, (transmitted(frequency, mua * (1.0 + part), musp) - value) / (part * mua),
-          (transmitted(frequency, mua, musp * (1.0 + part)) - value) / (part * musp)};
+  return stack_->transmittance(frequency, mua, musp);
 }
 
-// The validity table is of isotropic scattering at index 1.3: half of its correction is in doubt.
-// At g 0.9 diffusion is 10 to 12 % too bright where μa/σs' is 0.1, through 2 and 4/σs', and right
-// to 1 % where it is 0.01 (tests/studies/lateral_slab_test.cpp).
-double LateralReflectance::transmittance_error(double mua, double musp) const {
-  const double transport = mua + musp;
-  const double correction = diffusion_validity(musp / transport, *medium_.thickness_mm * transport)
-                                .transmitted.value_or(1.0);
-  return std::hypot(0.01, 0.5 * correction, mua / musp);
+double LateralReflectance::transmittance_error() const {
+  return stack_error;
 }
 
 double LateralReflectance::relative_error(double frequency, double mua, double musp) const {
+  if (layered()) return stack_error;
   const double a = mua / musp, k = k_of(frequency, musp);
   const double m = std::sqrt(squared_m(a, k));
   const auto above = std::upper_bound(table_m.begin(), table_m.end(), m);
@@ -243,12 +174,6 @@ double LateralReflectance::relative_error(double frequency, double mua, double m
       std::upper_bound(table_anisotropy.begin(), table_anisotropy.end() - 1, medium_.anisotropy) -
       table_anisotropy.begin();
   const double half = std::max(table_error[g][node], table_error[g - 1][node]);
-  if (layered()) {
-    const TwoLayers two = two_layers(frequency, mua, musp);
-    const double mean_musp = two.share * two.upper.musp + (1.0 - two.share) * two.lower.musp;
-    return std::hypot(half,
-                      layers_error(two.share, k_of(frequency, mean_musp), two.upper, two.lower));
-  }
   if (!medium_.thickness_mm) return half;
   return std::hypot(half, slab_error(*medium_.thickness_mm * musp));
 }

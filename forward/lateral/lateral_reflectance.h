@@ -3,11 +3,11 @@
 //
 // A half-space's reflectance is diffusion's in closed form times a tabulated ratio, fitted to white
 // Monte Carlo runs (half_space_walk.h; `kappamu-studies sfdi --section table` remakes the table). A
-// slab's is the half-space's times diffusion's ratio of the two, glass slides included. Two layers'
-// is that of the half-space that has the same by diffusion: exact for equal layers, for a thin and
-// for a thick upper one, tested against Monte Carlo in between.
+// slab's is the half-space's times diffusion's ratio of the two, glass slides included. Two layers,
+// and light that shines through a slab, are by spherical harmonics (layered_transport.h).
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "forward/lateral/lateral_basis.h"
@@ -39,6 +39,8 @@ struct LateralValue {
   double d_musp = 0.0;       ///< ∂R/∂σs' [mm]
 };
 
+class LateralStack;
+
 class LateralReflectance {
  public:
   /// Throws InputError naming the bound unless the medium is one the table holds, and for a cover
@@ -49,11 +51,10 @@ class LateralReflectance {
   /// known. Outside covers() the
   /// table's edge answers.
   LateralValue operator()(double frequency, double mua, double musp) const;
-  /// Light that leaves a slab through its far side over light that entered: diffusion's, divided by
-  /// its measured error under even light (forward/analytic/validity.h). Needs a thickness.
+  /// Light that leaves a slab through its far side over light that entered. Needs a thickness.
   LateralValue transmittance(double frequency, double mua, double musp) const;
   /// Its standard error over T.
-  double transmittance_error(double mua, double musp) const;
+  double transmittance_error() const;
   /// Standard error over R: of the Monte Carlo and of the table's fit to it, and for a slab of the
   /// ratio.
   double relative_error(double frequency, double mua, double musp) const;
@@ -65,18 +66,10 @@ class LateralReflectance {
  private:
   LateralValue half_space(double a, double k) const;  ///< derivatives by a and k
   bool layered() const { return medium_.cover || medium_.base; }
-  /// Upper layer, lower half-space, and how much of the light the upper one decides, 0 to 1.
-  struct TwoLayers {
-    LateralLayer upper, lower;
-    double thickness, share;
-  };
-  TwoLayers two_layers(double frequency, double mua, double musp) const;
-  double layered_value(double frequency, double mua, double musp) const;
-  double transmitted(double frequency, double mua, double musp) const;
-
   LateralMedium medium_;
   double robin_A_ = 1.0, surface_A_ = 1.0;  ///< of the bare surface; of the slab's own
   LateralCoefficients coefficients_{};
+  std::shared_ptr<const LateralStack> stack_;  ///< where there is a thickness or a layer
 };
 
 }  // namespace kappamu::forward

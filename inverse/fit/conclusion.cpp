@@ -43,19 +43,21 @@ std::optional<std::string> no_scattering(const Medium& medium) {
          "them for almost pure absorbers.";
 }
 
-std::optional<std::string> thin_block(const Medium& medium, const forward::GridSetup& setup) {
+std::optional<std::string> thin_block(const Medium& medium, const forward::GridSetup& setup,
+                                      double anisotropy) {
   double mean = 0.0;
   for (const double kappa : medium.kappa.values()) {
     mean += kappa / static_cast<double>(medium.kappa.size());
   }
   const double paths = setup.thickness_mm() / (3.0 * mean);
   if (paths >= defaults::thinnest) return std::nullopt;
+  const std::string scattering =
+      anisotropy == 0.0 ? "isotropic scattering" : "an anisotropy of " + shown_number(anisotropy);
   return formatted(
       "The block is %.1f transport mean free paths thick: much of the light passes unscattered, "
-      "so that mu is weakly determined, and both coefficients hold for isotropic scattering alone. "
-      "Measure "
-      "a thicker block.",
-      paths);
+      "so that mu is weakly determined, and both coefficients hold for %s alone. Measure a thicker "
+      "block.",
+      paths, scattering.c_str());
 }
 
 /// Light that leaves the profile along the depth open.
@@ -89,7 +91,8 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
       warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
     }
   } else {
-    for (const auto& sentence : {no_scattering(medium), thin_block(medium, setup)}) {
+    for (const auto& sentence :
+         {no_scattering(medium), thin_block(medium, setup, options.data.anisotropy)}) {
       if (sentence) warnings.push_back(*sentence);
     }
   }

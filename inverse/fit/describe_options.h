@@ -34,7 +34,7 @@ namespace description {
 template <class Data, class Visitor>
 void data(Data& options, Visitor& visit) {
   constexpr const char* group = option_groups[0];
-  auto& [term, convention, physics, model_error, coarse_model_error] = options;
+  auto& [term, convention, physics, anisotropy, model_error, coarse_model_error] = options;
   auto& [loss, huber_threshold, student_freedom] = term;
   visit(Option{"loss", group, "--loss", "", bounds::any,
                "What a residual costs: gaussian (half its square), or huber or student, which are "
@@ -55,6 +55,9 @@ void data(Data& options, Visitor& visit) {
              "diffusion; transport: predictions end at those of Monte Carlo, by a ratio renewed at "
              "every weight; or auto: transport where it finds another homogeneous block"},
       physics, physics_names);
+  visit(Option{"anisotropy", group, "--anisotropy", "", bounds::share,
+               "Henyey-Greenstein g of transport; diffusion knows kappa and mu alone"},
+        anisotropy);
   auto& [relative, of_maximum] = model_error;
   visit(Option{"model_error_relative", group, "--model-error", "", bounds::not_negative,
                "Error of the model relative to each value, added to its standard deviation"},

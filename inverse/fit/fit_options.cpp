@@ -40,6 +40,9 @@ void validate(const FitOptions& o) {
   require(o.data.physics == Physics::diffusion ||
               (o.data.convention == forward::Convention::physical && o.path.correct_grid),
           "physics other than diffusion needs the physical convention and the grid correction");
+  require(o.data.physics != Physics::diffusion || o.data.anisotropy == 0.0,
+          "anisotropy is of transport, and physics is diffusion, which knows reduced scattering "
+          "alone; choose transport or auto");
 }
 
 std::string to_string(FitStatus status) {

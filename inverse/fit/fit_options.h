@@ -19,6 +19,7 @@ struct DataOptions {
   DataTermOptions term;
   forward::Convention convention = forward::Convention::physical;
   Physics physics = Physics::diffusion;
+  double anisotropy = 0.0;                    ///< g of transport
   ModelError model_error{0.001, 5e-5};        ///< on the finest grid
   ModelError coarse_model_error{0.03, 3e-3};  ///< on the others
 };

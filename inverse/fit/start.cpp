@@ -73,7 +73,11 @@ PredictOptions predict_options(const FitOptions& options, Physics physics) {
   PredictOptions how;
   how.backend = options.solver.backend;
   how.convention = options.data.convention;
-  if (physics == Physics::transport) how.photons = {how.backend.device, options.solver.seed};
+  if (physics == Physics::transport) {
+    how.photons = {.device = how.backend.device,
+                   .seed = options.solver.seed,
+                   .anisotropy = options.data.anisotropy};
+  }
   return how;
 }
 

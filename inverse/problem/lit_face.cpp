@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "core/error.h"
+#include "core/numbers/median.h"
 #include "core/optics.h"
 #include "core/shown_text.h"
 #include "forward/analytic/homogeneous_block.h"
@@ -41,11 +44,80 @@ std::array<double, 2> coefficients(double kappa, double mu) {
   return {mu, std::max(transport - mu, 0.01 * transport)};
 }
 
+/// Standard deviation of white noise in one picture [v][u] under slowly varying `light` [v][u]: of
+/// what light explains, offset and slope, the second difference in both directions, two pixels
+/// apart, since neighbours share camera pixels. 0 where too little is used.
+double white_noise(const FaceShape& face, std::span<const float> value,
+                   std::span<const double> light, std::span<const std::uint8_t> used) {
+  double count = 0.0, mean_light = 0.0, mean = 0.0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (used[i] == 0) continue;
+    ++count;
+    mean_light += (light[i] - mean_light) / count;
+    mean += (value[i] - mean) / count;
+  }
+  double square = 0.0, product = 0.0;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (used[i] == 0) continue;
+    square += (light[i] - mean_light) * (light[i] - mean_light);
+    product += (light[i] - mean_light) * (value[i] - mean);
+  }
+  const double slope = square > 0.0 ? product / square : 0.0;
+  constexpr int apart = 2;
+  constexpr std::array<double, 3> difference{1.0, -2.0, 1.0};
+  std::vector<double> sizes;
+  for (int v = apart; v + apart < face.nv; ++v) {
+    for (int u = apart; u + apart < face.nu; ++u) {
+      double sum = 0.0;
+      bool whole = true;
+      for (int dv = -1; dv <= 1; ++dv) {
+        for (int du = -1; du <= 1; ++du) {
+          const auto i = static_cast<std::size_t>((v + apart * dv) * face.nu + u + apart * du);
+          whole = whole && used[i] != 0;
+          sum += difference[static_cast<std::size_t>(dv + 1)] *
+                 difference[static_cast<std::size_t>(du + 1)] * (value[i] - slope * light[i]);
+        }
+      }
+      if (whole) sizes.push_back(std::abs(sum));
+    }
+  }
+  constexpr std::size_t enough = 50;
+  if (sizes.size() < enough) return 0.0;
+  constexpr double middle = 0.6744897501960817;  // of |e| of a standard normal number
+  constexpr double white = 6.0;                  // √Σ of the squared weights
+  return upper_median(std::move(sizes)) / (middle * white);
+}
+
 std::vector<double> in_voxels(const SurfaceMeasurements& m, int pattern) {
   const std::size_t cells = m.lit_shape().cells();
   const auto first =
       m.irradiance.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(pattern) * cells);
   return {first, first + static_cast<std::ptrdiff_t>(cells)};
+}
+
+/// One picture's lit pixels, from `first` on, weigh alike: their variance is its mean over them, or
+/// the square of their white noise where that is more. Weights by each noisy value would follow the
+/// dark ones.
+void weigh_alike(const FaceShape& face, const std::vector<double>& light, std::size_t first,
+                 LitPixelUse& use) {
+  SurfaceMeasurements& m = use.measurements;
+  const auto part = [&](const auto& all) { return std::span(all).subspan(first, face.cells()); };
+  const double noise = white_noise(face, part(m.value), light, part(m.mask));
+  double count = 0.0, mean = 0.0, variance = 0.0;
+  for (std::size_t i = first; i < first + face.cells(); ++i) {
+    if (m.lit[i] == 0) continue;
+    ++count;
+    mean += (m.value[i] - mean) / count;
+    variance += (m.variance[i] - variance) / count;
+  }
+  if (count == 0.0 || !(mean > 0.0)) return;
+  if (noise / mean > use.noise) {
+    use.noise = noise / mean;
+    use.stated = std::sqrt(variance) / mean;
+  }
+  for (std::size_t i = first; i < first + face.cells(); ++i) {
+    if (m.lit[i] != 0) m.variance[i] = static_cast<float>(std::max(variance, noise * noise));
+  }
 }
 
 }  // namespace
@@ -146,7 +218,7 @@ bool varies_slowly(const FaceShape& face, double voxel_mm, const std::vector<dou
   return slow > 0.0 && fast <= fast_share * slow;
 }
 
-SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& m) {
+LitPixelUse with_lit_pixels(const SurfaceMeasurements& m) {
   if (m.lit.empty()) throw InputError("no pixel was measured where light falls");
   if (m.light != Light::collimated) {
     throw InputError("where diffuse light falls, no table of transport is at hand");
@@ -155,13 +227,15 @@ SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& m) {
     throw InputError("the table of transport holds for eta from " + shown_number(least_index) +
                      " to " + shown_number(most_index) + ", not for " + shown_number(m.eta));
   }
-  SurfaceMeasurements used = m;
+  LitPixelUse use{m};
+  SurfaceMeasurements& used = use.measurements;
   const FaceShape face = m.lit_shape();
   if (used.mask.empty()) used.mask.assign(m.value.size(), 1);
   bool any = false;
   for (int pattern = 0; pattern < m.patterns; ++pattern) {
-    const bool slow = m.seen_on(pattern) == m.lit_face &&
-                      varies_slowly(face, m.grid.voxel_mm, in_voxels(m, pattern));
+    const std::vector<double> light = in_voxels(m, pattern);
+    const bool slow =
+        m.seen_on(pattern) == m.lit_face && varies_slowly(face, m.grid.voxel_mm, light);
     for (std::size_t c = 0; c < m.channels.size(); ++c) {
       const std::size_t first =
           (c * static_cast<std::size_t>(m.patterns) + static_cast<std::size_t>(pattern)) *
@@ -172,6 +246,7 @@ SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& m) {
         used.mask[i] = slow ? 1 : 0;
         any = any || slow;
       }
+      if (slow) weigh_alike(face, light, first, use);
     }
   }
   if (!any) {
@@ -179,12 +254,12 @@ SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& m) {
         "no pattern's light varies slowly enough over the face, as even light and "
         "sinusoids up to 0.5 /mm do");
   }
-  return used;
+  return use;
 }
 
 void use_lit_pixels(SurfaceMeasurements& measurements) {
   try {
-    measurements = with_lit_pixels(measurements);
+    measurements = with_lit_pixels(measurements).measurements;
   } catch (const InputError&) {
     return;  // its light is another
   }

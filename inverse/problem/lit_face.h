@@ -44,9 +44,17 @@ class LitFace {
 /// the mean, a thousandth at most lies beyond 0.5 /mm or half of what its pixels resolve.
 bool varies_slowly(const FaceShape& face, double voxel_mm, const std::vector<double>& irradiance);
 
-/// The measurements with their lit pixels used under such light. Throws InputError, one sentence,
-/// where none can be: no lit pixels, other than collimated light, or an index beyond the table.
-SurfaceMeasurements with_lit_pixels(const SurfaceMeasurements& measurements);
+struct LitPixelUse {
+  SurfaceMeasurements measurements;
+  /// Of the noisiest picture: white noise that its values show, and the mean of what they state,
+  /// relative to its mean value. Where they show more, it has taken the place of their variance.
+  double noise = 0.0, stated = 0.0;
+};
+
+/// The measurements with their lit pixels used under such light; those of one picture have one
+/// variance. Throws InputError, one sentence, where none can be: no lit pixels, other than
+/// collimated light, or an index beyond the table.
+LitPixelUse with_lit_pixels(const SurfaceMeasurements& measurements);
 /// The same in place; nothing changes where none can be used.
 void use_lit_pixels(SurfaceMeasurements& measurements);
 

@@ -166,6 +166,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
   forward::ForwardOptions how;
   how.device = options.device;
   how.seed = options.seed ^ own_key;
+  how.anisotropy = options.anisotropy;
   how.photons = enough_photons(problem, options);
   how.cameras = problem.cameras;
   const auto face_of = [&](std::size_t m) {

@@ -16,7 +16,7 @@ namespace kappamu::inverse {
 /// Which equation a fit's predictions obey.
 enum class Physics {
   diffusion,
-  transport,  ///< radiative transfer, g = 0, through r
+  transport,  ///< radiative transfer through r
   automatic   ///< transport where its homogeneous block is another than diffusion's
 };
 
@@ -33,6 +33,7 @@ struct PhotonOptions {
   /// Deviation of the photons' noise, as smoothed, over what the end of a fit asks for: 2 makes do
   /// with a quarter of the photons.
   double noise = 1.0;
+  double anisotropy = 0.0;  ///< Henyey-Greenstein g, σs = σs'/(1 − g)
 };
 
 /// Difference of log κ, and of log μ, that the slope of the ratio is taken over: downwards, where

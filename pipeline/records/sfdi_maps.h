@@ -44,6 +44,16 @@ struct RegionMean {
   std::array<double, 2> spread{};     ///< standard deviation over pixels [1/mm]
 };
 
+/// Both layers of a region, where neither is known. Deviations of the logarithms and whether the
+/// light tells them: μa and σs' of the upper layer, then of the lower one.
+struct TwoLayers {
+  inverse::LateralCoefficients upper, lower;  ///< [1/mm]
+  std::array<double, 4> relative_deviation{};
+  std::array<bool, 4> determined{};
+  double chi_square = 0.0;
+  bool converged = false;
+};
+
 struct WavelengthMap {
   double wavelength_nm = 0.0;
   std::string name;                            ///< of a camera's channel instead, "R"; else empty
@@ -55,6 +65,7 @@ struct WavelengthMap {
   std::array<std::array<double, 2>, part_names.size()> parts{};  ///< median, relative: μa, σs'
   std::vector<LightCheck> checks;
   std::optional<RegionMean> region;
+  std::optional<TwoLayers> layers;
 
   /// "660 nm", or "R": in sentences.
   std::string label() const { return name.empty() ? shown_number(wavelength_nm) + " nm" : name; }

@@ -149,7 +149,7 @@ PerFrequency Calibration::logarithms(const forward::LateralReflectance& model,
 
 double Calibration::table_error(const forward::LateralReflectance& model, Eigen::Index i,
                                 const LateralCoefficients& at) const {
-  return far_[static_cast<std::size_t>(i)] ? model.transmittance_error(at.mua, at.musp)
+  return far_[static_cast<std::size_t>(i)] ? model.transmittance_error()
                                            : model.relative_error(frequency_[i], at.mua, at.musp);
 }
 
@@ -159,32 +159,27 @@ Eigen::Matrix2d Calibration::Shared::total() const {
   return sum;
 }
 
-Calibration::Shared Calibration::shared_errors(const inverse::LateralFit& fit) const {
-  Shared shared;
-  shared.covariance.fill(Eigen::Matrix2d::Zero());
-  const auto add = [&](Part part, const PerFrequency& error) {
-    const Eigen::Vector2d moved = fit.gain * error;
-    shared.covariance[static_cast<std::size_t>(part)] += moved * moved.transpose();
-  };
+std::vector<std::pair<Part, PerFrequency>> Calibration::log_errors(
+    const LateralCoefficients& at) const {
+  std::vector<std::pair<Part, PerFrequency>> all;
+  const Eigen::Index n = frequency_.size();
   const auto add_each = [&](Part part, const PerFrequency& errors) {
-    for (Eigen::Index i = 0; i < errors.size(); ++i) {
-      PerFrequency one = PerFrequency::Zero(errors.size());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      PerFrequency one = PerFrequency::Zero(n);
       one[i] = errors[i];
-      add(part, one);
+      all.emplace_back(part, one);
     }
   };
-  const Eigen::Index n = frequency_.size();
   // A ratio of two objects has both objects' errors.
   const double objects = by_phantom_ ? std::sqrt(2.0) : 1.0;
-  add(Part::pictures, PerFrequency::Constant(n, objects * errors_.common));
+  all.emplace_back(Part::pictures, PerFrequency::Constant(n, objects * errors_.common));
   add_each(Part::pictures, PerFrequency::Constant(n, objects * errors_.own));
-  for (const PerFrequency& error : phantom_errors_) add(Part::phantom, error);
-  const LateralCoefficients& at = fit.coefficients;
+  for (const PerFrequency& error : phantom_errors_) all.emplace_back(Part::phantom, error);
   const PerFrequency stated = logarithms(sample_.stated, at);
   for (std::size_t i = 0; i < sample_.shifted.size(); ++i) {
     PerFrequency shift = logarithms(sample_.shifted[i], at) - stated;
     if (by_phantom_ && i < phantom_shifts_.size()) shift -= phantom_shifts_[i];
-    add(Part::medium, shift);
+    all.emplace_back(Part::medium, shift);
   }
   PerFrequency table(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -192,7 +187,23 @@ Calibration::Shared Calibration::shared_errors(const inverse::LateralFit& fit) c
         std::hypot(table_error(sample_.stated, i, at), by_phantom_ ? phantom_table_[i] : 0.0);
   }
   add_each(Part::table, table);
+  return all;
+}
+
+Calibration::Shared Calibration::shared_errors(const inverse::LateralFit& fit) const {
+  Shared shared;
+  shared.covariance.fill(Eigen::Matrix2d::Zero());
+  for (const auto& [part, error] : log_errors(fit.coefficients)) {
+    const Eigen::Vector2d moved = fit.gain * error;
+    shared.covariance[static_cast<std::size_t>(part)] += moved * moved.transpose();
+  }
   return shared;
+}
+
+Eigen::MatrixXd Calibration::log_covariance(const LateralCoefficients& at) const {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(frequency_.size(), frequency_.size());
+  for (const auto& [part, error] : log_errors(at)) sum += error * error.transpose();
+  return sum;
 }
 
 }  // namespace kappamu::pipeline::sfdi

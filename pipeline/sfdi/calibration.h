@@ -2,6 +2,7 @@
 // and the errors that all pixels share.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "forward/lateral/lateral_reflectance.h"
@@ -38,8 +39,13 @@ class Calibration {
   };
   /// At a fitted pixel; the parts `noise` and `detail` stay zero.
   Shared shared_errors(const inverse::LateralFit& fit) const;
+  /// The same errors of ln R by frequency, about a medium.
+  Eigen::MatrixXd log_covariance(const inverse::LateralCoefficients& at) const;
 
  private:
+  /// Errors of ln R that are independent of one another, with their causes.
+  std::vector<std::pair<Part, inverse::PerFrequency>> log_errors(
+      const inverse::LateralCoefficients& at) const;
   inverse::PerFrequency logarithms(const forward::LateralReflectance& model,
                                    const inverse::LateralCoefficients& at) const;
 

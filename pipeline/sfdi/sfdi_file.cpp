@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/error.h"
 #include "core/shown_text.h"
@@ -29,7 +30,7 @@ void describe(Fields& fields, PhantomRow& r) {
 
 template <class Fields>
 void describe(Fields& fields, Layer& l) {
-  fields("coefficients", l.coefficients);
+  fields.optional("coefficients", l.coefficients);
   fields("thickness_mm", l.thickness_mm);
 }
 
@@ -169,12 +170,14 @@ void check_layers(const Checks& checks, const Medium& medium) {
   if (medium.cover) {
     check_coefficients(checks, medium.cover->coefficients, "medium.cover");
     checks.require(medium.cover->thickness_mm.has_value(), "medium.cover.thickness_mm",
-                   "is missing; state how thick the known layer is");
+                   "is missing; state how thick the upper layer is");
     checks.positive(*medium.cover->thickness_mm, "medium.cover.thickness_mm");
     checks.require(!medium.base && !medium.thickness_mm, "medium.cover",
                    "lies over a half-space; leave out base and medium.thickness_mm");
   }
   if (medium.base) {
+    checks.require(!medium.base->coefficients.empty(), "medium.base.coefficients",
+                   "are missing; a half-space under the sample is known");
     check_coefficients(checks, medium.base->coefficients, "medium.base");
     checks.require(!medium.base->thickness_mm, "medium.base.thickness_mm",
                    "is there; the known half-space has none");
@@ -221,6 +224,24 @@ void check_pictures(const Checks& checks, const Description& d, std::size_t inde
                    "has two pictures; one, or three and more phases, can be demodulated");
     checks.require(p.phases_degrees.empty() || phases <= 1 || phases == p.phases_degrees.size(),
                    which, "has another number of pictures than phases_degrees");
+  }
+}
+
+/// Four unknowns need four lights at each wavelength.
+void check_unknown_layers(const Checks& checks, const Description& d) {
+  constexpr std::size_t unknowns = 4;
+  checks.require(!d.projector, "medium.cover.coefficients",
+                 "are missing, and both layers are found on flat samples alone; leave out "
+                 "projector, or state the upper layer");
+  for (const Pictures& p : d.measurements) {
+    std::set<double> lights;
+    for (const Pictures& other : d.measurements) {
+      if (other.wavelength_nm == p.wavelength_nm) lights.insert(other.per_mm);
+    }
+    checks.require(lights.size() >= unknowns, "medium.cover.coefficients",
+                   "are missing, and both layers need four spatial frequencies; there are " +
+                       std::to_string(lights.size()) + " at " + shown_number(p.wavelength_nm) +
+                       " nm");
   }
 }
 
@@ -298,6 +319,7 @@ Description read_description(const std::filesystem::path& folder_or_file) {
   }
   for (std::size_t i = 0; i < d.measurements.size(); ++i) check_pictures(checks, d, i);
   if (d.projector) check_projector(checks, d);
+  if (d.medium.cover && d.medium.cover->coefficients.empty()) check_unknown_layers(checks, d);
   for (const Pictures& p : d.measurements) {
     // Reflectance and transmittance under even light tell as much as a sinusoid.
     checks.require(std::any_of(d.measurements.begin(), d.measurements.end(),

@@ -9,6 +9,7 @@
 #include "core/shown_text.h"
 #include "pipeline/sfdi/calibration.h"
 #include "pipeline/sfdi/median.h"
+#include "pipeline/sfdi/sfdi_layers.h"
 #include "pipeline/sfdi/sfdi_ratios.h"
 #include "pipeline/sfdi/sfdi_spectra.h"
 
@@ -70,6 +71,7 @@ class Mapper {
                          ": the sample's pictures differ in size between measurements");
       }
     }
+    if (cover_is_unknown(d_.medium)) find_cover();
     calibration_.emplace(d_, map_.wavelength_nm, frequency_, far_);
   }
 
@@ -96,6 +98,41 @@ class Mapper {
   }
 
  private:
+  /// Both layers of the region; the upper one is then known to the map.
+  void find_cover() {
+    Description bare = d_;
+    bare.medium.cover.reset();
+    calibration_.emplace(bare, map_.wavelength_nm, frequency_, far_);
+    const Image<float>& picture = ratios_.front().value;
+    const std::array<int, 4> all{0, 0, picture.width(), picture.height()};
+    const std::array<int, 4> box = d_.region_px.value_or(all);
+    PerFrequency mean = PerFrequency::Zero(frequency_.size()), variance = mean, reflectance, noise;
+    double n = 0.0;
+    for (int y = box[1]; y < std::min(box[1] + box[3], picture.height()); ++y) {
+      for (int x = box[0]; x < std::min(box[0] + box[2], picture.width()); ++x) {
+        if (!read(x, y, reflectance, noise)) continue;
+        ++n;
+        mean += reflectance;
+        variance += noise.cwiseAbs2();
+      }
+    }
+    const std::string file = (d_.folder / file_name).string();
+    if (n == 0.0) throw InputError(file + ": region_px holds no pixel with light");
+    for (Eigen::Index i = 0; i < mean.size(); ++i) {
+      variance[i] *= ratios_[static_cast<std::size_t>(i)].shared_pixels / (n * n);
+    }
+    const PerFrequency deviation = variance.cwiseSqrt();
+    const LateralFit even = fit(frequency_, mean / n, deviation, {});
+    if (even.verdict != LateralVerdict::good) {
+      throw InputError(file +
+                       ": the region's reflectances are of no medium to start from; check "
+                       "the scale, or choose another region_px");
+    }
+    map_.layers =
+        find_layers(d_.medium, *calibration_, frequency_, mean / n, deviation, even.coefficients);
+    d_.medium.cover = as_cover(*map_.layers, *d_.medium.cover->thickness_mm, map_.wavelength_nm);
+  }
+
   bool read(int x, int y, PerFrequency& reflectance, PerFrequency& noise) const {
     reflectance.resize(frequency_.size());
     noise.resize(frequency_.size());
@@ -207,7 +244,7 @@ class Mapper {
     map_.region = result;
   }
 
-  const Description& d_;
+  Description d_;
   WavelengthMap map_;
   std::vector<Ratio> ratios_;
   std::optional<calib::Relief> relief_;
@@ -255,6 +292,7 @@ void add_map_warnings(const WavelengthMap& map, std::vector<std::string>& warnin
                          " saturated pixels are left out.");
     }
   }
+  if (map.layers) add_layer_warnings(map.label(), *map.layers, warnings);
   std::array<std::size_t, inverse::lateral_verdict_names.size()> counts{};
   for (const std::uint8_t verdict : map.verdict.values()) ++counts[verdict];
   const auto total = static_cast<double>(map.verdict.size());

@@ -79,6 +79,22 @@ Json wavelength_json(const WavelengthMap& map) {
                       {"musp_deviation", region.deviation[1]},
                       {"musp_spread", region.spread[1]}};
   }
+  if (map.layers) {
+    const TwoLayers& layers = *map.layers;
+    for (const std::size_t lower : {0U, 1U}) {
+      const inverse::LateralCoefficients& of = lower == 0 ? layers.upper : layers.lower;
+      const auto& deviation = layers.relative_deviation;
+      json["layers"][lower == 0 ? "upper" : "lower"] = {
+          {"mua", of.mua},
+          {"mua_relative_deviation", deviation[2 * lower]},
+          {"mua_determined", static_cast<bool>(layers.determined[2 * lower])},
+          {"musp", of.musp},
+          {"musp_relative_deviation", deviation[2 * lower + 1]},
+          {"musp_determined", static_cast<bool>(layers.determined[2 * lower + 1])}};
+    }
+    json["layers"]["chi_square"] = layers.chi_square;
+    json["layers"]["converged"] = layers.converged;
+  }
   return json;
 }
 

@@ -131,7 +131,7 @@ void measure_photographs(const Request& request, Progress& progress, const Save&
     step("decode");
     const Cost cost = decoding(session, frames);
     counts[of_patterns] = frames.size();
-    floors[of_patterns] = cost.wall_s;
+    floors[of_patterns] = cost.processor_s;
     add(of_patterns ? "decode, patterns" : "decode, others", frames.size(), sizes[of_patterns],
         cost, cost.wall_s);
   }

@@ -5,13 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <numbers>
 #include <string>
 
 #include "core/random.h"
 #include "forward/lateral/chromophores.h"
+#include "forward/lateral/layered_transport.h"
 #include "io/npy.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
@@ -272,6 +275,59 @@ TEST(SfdiMap, RefusesInOneSentence) {
       R"({"wavelength_nm": 700, "per_mm": 0.2, "sample": ["none.npy"], "reference": ["p0.npy"]})",
       reference, "none.npy");
   refused(three_phases, reference + R"(, "codes_per_reflectance": 500)", "give one of them");
+}
+
+/// Demodulated pictures of two layers at six frequencies, the upper one's thickness stated alone.
+TEST(SfdiMap, BothLayersAreFoundFromSeveralFrequencies) {
+  const OwnFolder folder;
+  const forward::LayeredTransport transport(1.4, 0.9);
+  constexpr double endless = std::numeric_limits<double>::infinity();
+  const Sample upper{0.06, 1.8}, lower{0.015, 1.0};
+  const std::array<forward::TransportLayer, 2> layers{
+      {{upper.mua, upper.musp, 1.5}, {lower.mua, lower.musp, endless}}};
+  std::string measurements;
+  int number = 0;
+  for (const double f : {0.0, 0.02, 0.05, 0.1, 0.2, 0.4}) {
+    const double light = exposure * transport(layers, f).reflectance;
+    const std::vector<float> values(std::size_t{side} * side, static_cast<float>(light));
+    const std::string name = std::to_string(number++) + ".npy";
+    io::write_npy(folder / name, {side, side}, std::span<const float>(values));
+    measurements += std::string(measurements.empty() ? "" : ", ") +
+                    R"({"wavelength_nm": 700, "content": "demodulated", "per_mm": )" +
+                    std::to_string(f) + R"(, "sample": [")" + name + R"("]})";
+  }
+  const auto measured = [&](const std::string& cover) {
+    std::ofstream(folder / file_name)
+        << R"({"format": "kappamu-sfdi", "version": 1, "pixel_mm": 0.3, "smoothing_mm": 0,
+               "codes_per_reflectance": 500, "region_px": [20, 20, 56, 56],
+               "errors": {"own": 0.003}, "medium": {"refractive_index": 1.4, "anisotropy": 0.9,
+               "cover": {)"
+        << cover << R"(}}, "measurements": [)" << measurements << "]}";
+    Progress quiet;
+    return measure_maps(read_description(folder), quiet);
+  };
+  const Maps maps = measured(R"("thickness_mm": 1.5)");
+  const WavelengthMap& map = maps.wavelengths.front();
+  ASSERT_TRUE(map.layers.has_value());
+  const TwoLayers& found = *map.layers;
+  EXPECT_TRUE(found.converged);
+  const std::array<double, 4> off{
+      std::log(found.upper.mua / upper.mua), std::log(found.upper.musp / upper.musp),
+      std::log(found.lower.mua / lower.mua), std::log(found.lower.musp / lower.musp)};
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    EXPECT_LT(std::abs(off[i]), found.relative_deviation[i]) << i;
+    EXPECT_TRUE(found.determined[i]) << i << ": " << found.relative_deviation[i];
+  }
+  // The map is of the lower layer.
+  EXPECT_NEAR(map.region->mean.mua / found.lower.mua, 1.0, 0.02);
+  EXPECT_NEAR(map.region->mean.musp / found.lower.musp, 1.0, 0.02);
+  measurements = measurements.substr(0, measurements.rfind(", {"));
+  measurements = measurements.substr(0, measurements.rfind(", {"));
+  measurements = measurements.substr(0, measurements.rfind(", {"));
+  EXPECT_NE(sentence_of([&] {
+              measured(R"("thickness_mm": 1.5)");
+            }).find("both layers need four spatial frequencies; there are 3"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -33,8 +33,8 @@ test_cases::Block small_block(int depth, double noise) {
 
 /// Monte Carlo's data with noise, and their own.
 SurfaceMeasurements photons_of(const test_cases::Block& block, const test_cases::Figure3& truth,
-                               std::uint64_t seed) {
-  SurfaceMeasurements m = test_cases::expose_photons(block, truth, 2, seed);
+                               std::uint64_t seed, double anisotropy = 0.0) {
+  SurfaceMeasurements m = test_cases::expose_photons(block, truth, 2, seed, anisotropy);
   const std::vector<float> own = m.variance;
   test_cases::spoil(m, block.noise, {}, seed);
   for (std::size_t i = 0; i < own.size(); ++i) m.variance[i] += own[i];
@@ -131,6 +131,24 @@ void expect_truth(const test_cases::Block& block, double kappa, double mu, std::
 // Two mean free paths thick: by diffusion κ is 20 % and μ 46 % off.
 TEST_F(TransportFit, EndsAtTransportsCoefficientsOfAThinBlock) {
   expect_truth(small_block(4, 0.02), 0.2, 0.1, 21);
+}
+
+// The same by photons that scatter forwards: what isotropic scattering takes for less absorption.
+TEST_F(TransportFit, EndsAtTheCoefficientsOfAnisotropicTransport) {
+  const test_cases::Block block = small_block(4, 0.02);
+  constexpr double kappa = 0.2, mu = 0.1, g = 0.8;
+  const SurfaceMeasurements m = photons_of(block, test_cases::even_block(kappa, mu), 25, g);
+  FitOptions options = by(Physics::transport);
+  options.data.anisotropy = g;
+  const Score found = score(cases::fit(m, options), m, options, kappa, mu);
+  EXPECT_LT(std::abs(found.kappa_in_std), 2.0) << found.kappa;
+  EXPECT_LT(std::abs(found.mu_in_std), 2.0) << found.mu;
+  options.data.anisotropy = 0.0;
+  const Score isotropic = score(cases::fit(m, options), m, options, kappa, mu);
+  EXPECT_GT(std::abs(isotropic.mu), 2.0 * std::abs(found.mu)) << isotropic.mu;
+  options.data.physics = Physics::diffusion;
+  options.data.anisotropy = g;
+  EXPECT_THROW(validate(options), InputError);
 }
 
 // 3κμ = 0.3 at 3.6 and 2.7 mean free paths, where the iteration leaves the truth (κ 140 % off) if r
