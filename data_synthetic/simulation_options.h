@@ -21,8 +21,11 @@ struct SimulationOptions {
   bool validation = true;    ///< add validation patterns: 4 of 8 × 8 patches, a cross, a checker
   double noise_scale = 1.0;  ///< factor on shot and read noise, 0 (none) to 10
   bool both_faces = false;   ///< back-lit: the lit face is photographed under the patterns too
-  std::uint64_t seed = 1;    ///< of the sample's structure, the rig's imperfections and the noise
-  int bit_depth = 12;        ///< 8 to 16
+  /// Mean diffuse reflectance of the lit face's surface, over its scattering; 0 (none) to 0.5. Lit
+  /// pixels are then exposed for.
+  double surface_reflectance = 0.0;
+  std::uint64_t seed = 1;  ///< of the sample's structure, the rig's imperfections and the noise
+  int bit_depth = 12;      ///< 8 to 16
   capture::Encoding encoding = capture::Encoding::response;
   /// Exposure times of each pattern [s], rising; six in geometric steps as in the paper: 1/30
   /// ... 8.
