@@ -113,6 +113,22 @@ void write_holdout(const SimulatedRig& simulated, Transport& transport, int n,
                 exitance);
 }
 
+/// At the middles of the fitted voxels' faces.
+void write_reflectance(const SimulatedRig& rig, const std::filesystem::path& folder) {
+  const GridShape& grid = rig.rig().sample.grid;
+  std::vector<float> values;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (int v = 0; v < grid.ny; ++v) {
+      for (int u = 0; u < grid.nx; ++u) {
+        const Eigen::Vector2d at(u + 0.5, v + 0.5);
+        values.push_back(static_cast<float>(rig.surface_reflectance(grid.voxel_mm * at)[c]));
+      }
+    }
+  }
+  io::write_npy(folder / "reflectance.npy",
+                {3, static_cast<std::size_t>(grid.ny), static_cast<std::size_t>(grid.nx)}, values);
+}
+
 Truth truth_of(const SimulatedRig& simulated, const SimulationOptions& options,
                const capture::CapturePlan& plan) {
   const Rig& rig = simulated.rig();
@@ -229,6 +245,12 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   }
   const Stopwatch transport_time;
   SimulatedRig rig(options, device);
+  if (options.surface_reflectance > 0.0 && !options.both_faces &&
+      rig.rig().sample.setup != capture::Setup::front_lit) {
+    throw InputError(
+        "surface reflectance is seen on the lit face, and that of the back-lit sample " +
+        rig.rig().sample.name + " is not photographed: choose both faces");
+  }
   std::vector<PlannedPattern> patterns = planned_patterns(rig.rig(), options);
   std::vector<Image<std::uint8_t>> images;
   images.reserve(patterns.size());
@@ -263,6 +285,7 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
     write("kappa", rig.media()[c].kappa);
     write("mu", rig.media()[c].mu);
   }
+  if (options.surface_reflectance > 0.0) write_reflectance(rig, report.truth);
   if (options.holdout > 0) {
     write_holdout(rig, rig.transport(), options.holdout, report.truth, progress);
   }

@@ -64,6 +64,7 @@ void validate(const SimulationOptions& options) {
         "both faces are photographed in a dark room: room light would be subtracted "
         "on one of them alone");
   }
+  within("surface reflectance", options.surface_reflectance, 0, 0.5);
   within("holdout", options.holdout, 0, 16);
   within("projector width", options.projector_size[0], 320, 8192);
   within("projector height", options.projector_size[1], 240, 8192);

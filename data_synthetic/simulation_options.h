@@ -23,6 +23,9 @@ struct SimulationOptions {
   /// The patterns are photographed from the calibration station too: on the lit face, which of
   /// front-lit samples is seen twice.
   bool both_faces = false;
+  /// Mean diffuse reflectance of the lit face's surface, over its scattering; 0 (none) to 0.5. Lit
+  /// pixels are then exposed for.
+  double surface_reflectance = 0.0;
   std::uint64_t seed = 1;  ///< of the sample's structure, the rig's imperfections and the noise
   int bit_depth = 12;      ///< 8 to 16
   capture::Encoding encoding = capture::Encoding::response;

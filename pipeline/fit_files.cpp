@@ -48,6 +48,10 @@ std::vector<std::string> fit_outputs(const fs::path& folder) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     std::string name = entry.path().filename().string();
+    if (name.starts_with("reflectance_") && name.ends_with(".exr")) {
+      names.push_back(std::move(name));
+      continue;
+    }
     for (const char* start :
          {"kappa_", "mu_", "std_", "resolution_", "correlation_", "sensitivity_", "prediction"}) {
       if (name.starts_with(start) && name.ends_with(".npy")) names.push_back(std::move(name));

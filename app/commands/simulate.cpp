@@ -140,6 +140,12 @@ docs/simulator.md. The pose of everything is a little off and unknown to the pip
                     "(in a dark room); of front-lit samples, which show no other face, from two "
                     "stations");
   command
+      ->add_option("--surface-reflectance", a.options.surface_reflectance,
+                   "Mean diffuse reflectance of the lit face's surface, over its scattering, 0 to "
+                   "0.5; the camera is then exposed for lit pixels")
+      ->type_name("SHARE")
+      ->capture_default_str();
+  command
       ->add_option("--pattern", a.patterns,
                    "Further pattern pictures, grey, 8 bits, 1024 x 768; not used by the fit")
       ->type_name("FILE");

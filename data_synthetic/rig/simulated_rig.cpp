@@ -22,6 +22,9 @@ constexpr double brightest_signal = 2.0 / 3.0;  // full scales of the brightest 
 /// Cells that get more than this irradiance count as lit when the gain is chosen.
 constexpr double lit_threshold = 0.02;
 constexpr int irradiance_samples = 4;  // per side of a transport cell
+/// Of the surface's reflectance: amplitude over mean, and the channels' shares.
+constexpr double reflectance_wave = 0.6;
+constexpr std::array<double, 3> reflectance_colour{1.0, 0.8, 0.6};
 
 Image<float> as_float(const Image<std::uint8_t>& image) {
   Image<float> out(image.width(), image.height(), 1);
@@ -158,17 +161,22 @@ void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progr
       std::max_element(rig_.responsivity.begin(), rig_.responsivity.end()) -
       rig_.responsivity.begin());
   const auto look_at = [&](const Image<std::uint8_t>& image, Face face) {
-    // Sinusoids light all of the face, and it is the lit pixels that are measured.
-    const bool lit_is_seen =
-        face == rig_.sample.lit_face() && options_.light.shape != capture::LightShape::sinusoids;
+    // Sinusoids light all of the face, and it is the lit pixels that are measured; so it is where
+    // the surface reflects.
+    const bool reflects = options_.surface_reflectance > 0.0;
+    const bool lit_is_seen = face == rig_.sample.lit_face() &&
+                             (reflects || options_.light.shape != capture::LightShape::sinusoids);
     const std::vector<double> light =
         lit_is_seen ? lit_face_irradiance(image) : std::vector<double>{};
+    const double most_reflected =
+        (1.0 + reflectance_wave) * options_.surface_reflectance / std::numbers::pi;
     const ExitanceMaps& maps = exitance(image, face);
     for (std::size_t c = 0; c < maps.size(); ++c) {
       const double relative = rig_.responsivity[c] / rig_.responsivity[most];
       for (std::size_t i = 0; i < maps[c].size(); ++i) {
-        if (lit_is_seen && light[i] > lit_threshold) continue;
-        brightest = std::max(brightest, relative * per_exitance * maps[c][i]);
+        if (lit_is_seen && !reflects && light[i] > lit_threshold) continue;
+        const double surface = lit_is_seen ? most_reflected * light[i] : 0.0;
+        brightest = std::max(brightest, relative * (per_exitance * maps[c][i] + surface));
       }
     }
   };
@@ -215,7 +223,33 @@ Image<float> SimulatedRig::sample_radiance(const Image<std::uint8_t>& image, boo
         std::forward_as_tuple(rays(), rig_.world_from_camera.at(station), rig_.world_from_sample,
                               transport_->block().shape, face, transport_->constants()));
   }
-  return to_full_scales(face_views_.at(station).radiance(exitance(image, face)));
+  Image<float> radiance = face_views_.at(station).radiance(exitance(image, face));
+  if (face == rig_.sample.lit_face() && options_.surface_reflectance > 0.0) {
+    const Image<float> surface = reflected(image);
+    for (std::size_t i = 0; i < radiance.size(); ++i) radiance.values()[i] += surface.values()[i];
+  }
+  return to_full_scales(std::move(radiance));
+}
+
+std::array<double, 3> SimulatedRig::surface_reflectance(const Vector2d& at_mm) const {
+  const GridShape& grid = rig_.sample.grid;
+  const Vector2d at =
+      2.0 * std::numbers::pi / grid.voxel_mm * at_mm.cwiseQuotient(Vector2d(grid.nx, grid.ny));
+  const double here = options_.surface_reflectance *
+                      (1.0 + reflectance_wave * std::sin(2.0 * at.x()) * std::cos(3.0 * at.y()));
+  std::array<double, 3> of{};
+  for (std::size_t c = 0; c < of.size(); ++c) of[c] = reflectance_colour[c] * here;
+  return of;
+}
+
+Image<float> SimulatedRig::reflected(const Image<std::uint8_t>& image) {
+  const GridShape& grid = rig_.sample.grid;
+  const Image<float> thrown = thrown_image(rig_.projector, as_float(image));
+  const Quad face{rig_.world_from_sample, Vector2d::Zero(),
+                  grid.voxel_mm * Vector2d(grid.nx, grid.ny),
+                  [this](const Vector2d& at, const Vector2d&) { return surface_reflectance(at); }};
+  return render_quads(rays(), rig_.world_from_camera.at(front_station), {face},
+                      {.projector = &rig_.projector, .thrown = &thrown});
 }
 
 double SimulatedRig::white_exposure_s(double signal) const {

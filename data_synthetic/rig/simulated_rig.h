@@ -52,6 +52,9 @@ class SimulatedRig final : public capture::RigDevice {
   /// Exitance [channel][v][u] on a face's cells of the transport grid.
   using ExitanceMaps = std::vector<std::vector<double>>;
   const ExitanceMaps& exitance(const Image<std::uint8_t>& image, Face face) const;
+  /// Of the lit face's surface at a place of it [mm], R, G, B: smooth waves about the mean that the
+  /// options state, that of green and blue 0.8 and 0.6 of red's.
+  std::array<double, 3> surface_reflectance(const Eigen::Vector2d& at_mm) const;
 
  private:
   const RayTable& rays();
@@ -60,6 +63,8 @@ class SimulatedRig final : public capture::RigDevice {
   std::vector<Face> photographed() const;
   double room_light() const;  ///< of the present scene, in the dark
   Image<float> to_full_scales(Image<float> radiance) const;
+  /// Radiance of the projector's light that the lit face's surface reflects.
+  Image<float> reflected(const Image<std::uint8_t>& image);
   void solve(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
 
   Rig rig_;

@@ -41,9 +41,13 @@ constexpr double usable_memory = 0.7;
 
 class BodySolve {
  public:
-  BodySolve(std::span<const ObjectProblem> problems, const ObjectOptions& options,
+  BodySolve(std::span<const ObjectProblem> problems, const ObjectOptions& options, bool weighs_last,
             Progress& progress)
-      : channels_(problems), problem_(problems[0]), options_(options), progress_(progress) {
+      : channels_(problems),
+        problem_(problems[0]),
+        options_(options),
+        weighs_last_(weighs_last),
+        progress_(progress) {
     const double memory = usable_memory * main_memory() / bytes_each();
     most_cubes_ = options.max_elements ? static_cast<std::size_t>(*options.max_elements)
                                        : static_cast<std::size_t>(memory);
@@ -77,7 +81,7 @@ class BodySolve {
       std::vector<int> bridging;
       if (best.bridged_area > little_bridged * area_) bridging = narrow_.bridging_cubes(fine->mesh);
       if (best.within_tolerance && bridging.empty()) return best;
-      const Indicator indicator = gradient_indicator(*fine, best.channel);
+      const Indicator indicator = gradient_indicator(*fine, best.channel, weighs_last_);
       std::vector<int> times(indicator.node.size(), 0);
       if (!best.within_tolerance) {
         times = splits(indicator, std::min(most_left, aimed_at * options_.tolerance / worst),
@@ -186,7 +190,8 @@ class BodySolve {
             error_of(c, per_difference, fine.exitance[l], fine.coarser_exitance[l], own);
         best.error[c].push_back(error);
         const double size = surface_norm(problem_.surface, fine.exitance[l]);
-        if (size > 0.0) worst = std::max(worst, error / size);
+        const bool counts = !weighs_last_ || l + 1 < fine.exitance.size();
+        if (counts && size > 0.0) worst = std::max(worst, error / size);
       }
     }
     return worst;
@@ -237,6 +242,7 @@ class BodySolve {
   const Channels channels_;
   const ObjectProblem& problem_;  ///< of the first channel: shape, surface and rays of all
   const ObjectOptions& options_;
+  const bool weighs_last_;
   Progress& progress_;
   const Stopwatch watch_;
   const NarrowPlaces narrow_{problem_};
@@ -249,8 +255,8 @@ class BodySolve {
 }  // namespace
 
 BodyAnswer solve_body(std::span<const ObjectProblem> problems, const ObjectOptions& options,
-                      Progress& progress) {
-  return BodySolve(problems, options, progress).run();
+                      bool weighs_last, Progress& progress) {
+  return BodySolve(problems, options, weighs_last, progress).run();
 }
 
 }  // namespace kappamu::forward::embedded

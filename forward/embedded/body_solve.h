@@ -24,7 +24,8 @@ struct BodyAnswer {
 
 /// Problems as ObjectModel::solve_channels takes them, of one body. Throws InputError where its
 /// first mesh exceeds what is allowed.
+/// `weighs_last`: as of gradient_indicator(); that light's error is no matter.
 BodyAnswer solve_body(std::span<const ObjectProblem> problems, const ObjectOptions& options,
-                      Progress& progress);
+                      bool weighs_last, Progress& progress);
 
 }  // namespace kappamu::forward::embedded

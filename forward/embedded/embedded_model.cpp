@@ -47,6 +47,14 @@ void add(const Body& body, const BodyAnswer& part, std::size_t channel, std::siz
   result.seconds += part.seconds;
 }
 
+bool begins_inside(const Surface& surface, const std::vector<ObjectLight>& lights) {
+  return std::any_of(lights.begin(), lights.end(), [&](const ObjectLight& light) {
+    return std::any_of(light.beams.begin(), light.beams.end(), [&](const Beam& beam) {
+      return beam.direction.dot(surface.normal[static_cast<std::size_t>(beam.triangle)]) > 0.0;
+    });
+  });
+}
+
 BodyAnswer solve_part(const Body& body, std::span<const ObjectProblem> problems,
                       const ObjectOptions& options, Progress& progress) {
   std::vector<int> local(problems[0].surface.size(), -1);
@@ -55,15 +63,24 @@ BodyAnswer solve_part(const Body& body, std::span<const ObjectProblem> problems,
   }
   const Surface surface = surface_of(body.mesh);
   std::vector<std::vector<ObjectLight>> own;
+  bool inside = false;
   for (const ObjectProblem& problem : problems) {
     own.push_back(lights_of(body, local, problem.lights));
+    inside = inside || begins_inside(surface, own.back());
+  }
+  if (inside) {
+    for (auto& lights : own) lights.push_back({{}, std::vector<double>(surface.size(), 1.0)});
   }
   const BodyRays rays(problems[0].rays, std::move(local));
   std::vector<ObjectProblem> parts;
   for (std::size_t c = 0; c < problems.size(); ++c) {
     parts.push_back({body.mesh, surface, rays, problems[c].medium, problems[c].eta, own[c]});
   }
-  return solve_body(parts, options, progress);
+  BodyAnswer answer = solve_body(parts, options, inside, progress);
+  if (inside) {
+    for (Answer& channel : answer.channel) channel.exitance.pop_back();
+  }
+  return answer;
 }
 
 /// `bridged`: share of the surface.

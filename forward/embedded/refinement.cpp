@@ -69,7 +69,8 @@ std::vector<int> folds(const CutMesh& mesh, const Surface& surface) {
   return found;
 }
 
-Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>& channels) {
+Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>& channels,
+                             bool weighs_last) {
   // Cubes of one parent follow each other.
   Indicator result;
   std::vector<std::size_t> first;
@@ -85,14 +86,23 @@ Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>&
     result.at_surface.push_back(d.tree.meets_surface(result.node[n]) ? 1 : 0);
   }
   result.value.assign(result.node.size(), 0.0);
-  std::vector<double> mine(result.node.size());
+  std::vector<double> mine(result.node.size()), weight;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    for (const std::vector<double>& field : channels[c].fluence) {
-      for_ranges(mine.size(), [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-          mine[n] = gradient_variation(d, c, field, first[n], first[n + 1]);
-        }
+    const auto vary = [&](const std::vector<double>& field, std::vector<double>& energy) {
+      for_ranges(energy.size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n)
+          energy[n] = gradient_variation(d, c, field, first[n], first[n + 1]);
       });
+    };
+    std::span<const std::vector<double>> fields = channels[c].fluence;
+    if (weighs_last) {
+      weight.resize(mine.size());
+      vary(fields.back(), weight);
+      fields = fields.first(fields.size() - 1);
+    }
+    for (const std::vector<double>& field : fields) {
+      vary(field, mine);
+      for (std::size_t n = 0; n < weight.size(); ++n) mine[n] = std::sqrt(mine[n] * weight[n]);
       const double total = std::accumulate(mine.begin(), mine.end(), 0.0);
       for (std::size_t n = 0; n < mine.size() && total > 0.0; ++n) {
         result.value[n] += mine[n] / total;

@@ -17,9 +17,13 @@ struct Indicator {
   std::vector<char> at_surface;
 };
 /// Energy ∫ κ |∇φ − mean ∇φ|² of the gradient's variation among the children of each cube, summed
-/// over channels and lights, each relative to its light's sum.
+/// over channels and lights, each relative to its light's sum. `weighs_last`: the last light of
+/// each channel is even light on all of the surface. Its fluence is also what a place inside adds
+/// to the surface's exitance, by reciprocity, so that each other light's energy is multiplied by
+/// its own and the root taken: cubes about a light deep inside are refined no further than the
+/// surface shows.
 Indicator gradient_indicator(const Discretisation& discretisation,
-                             const std::vector<Answer>& channels);
+                             const std::vector<Answer>& channels, bool weighs_last = false);
 
 /// How often to split each node so that `left` of the error is left, with the fewest cubes and
 /// about `most_cubes` at most.

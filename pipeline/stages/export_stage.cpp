@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "pipeline/surface_reflectance.h"
 #include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
@@ -14,6 +15,21 @@ const std::vector<std::string>& export_formats() {
   static const std::vector<std::string> formats{"vti", "vol", "pbrt", "npy", "vdb", "exr"};
   return formats;
 }
+
+namespace {
+
+/// Of the sample's surface, where a fit has left it beside the volume.
+void copy_reflectance(const fs::path& volume, const fs::path& folder, io::ExportResult& result) {
+  const fs::path from = fs::is_directory(volume) ? volume : volume.parent_path();
+  for (const Face face : all_faces) {
+    const std::string name = reflectance_name(face);
+    if (!fs::exists(from / name)) continue;
+    fs::copy_file(from / name, folder / name, fs::copy_options::overwrite_existing);
+    result.files.push_back(folder / name);
+  }
+}
+
+}  // namespace
 
 io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
                                 const std::vector<std::string>& formats, Progress& progress,
@@ -44,7 +60,10 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
     if (format == "pbrt") one = io::export_pbrt(folder / "medium.pbrt", set);
     if (format == "npy") one = io::export_npy(folder / "npy", set);
     if (format == "vdb") one = io::export_vdb(folder / "volume.vdb", set);
-    if (format == "exr") one = io::export_slices(folder / "exr", set);
+    if (format == "exr") {
+      one = io::export_slices(folder / "exr", set);
+      copy_reflectance(source, folder / "exr", one);
+    }
     all.files.insert(all.files.end(), one.files.begin(), one.files.end());
     for (const std::string& warning : one.warnings) {
       // Formats share their conversion: each warning once.

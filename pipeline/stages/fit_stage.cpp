@@ -8,6 +8,7 @@
 #include "calib/calibration_file.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "core/surface_measurements.h"
 #include "core/threads/side_by_side.h"
 #include "inverse/fit/fit_memory.h"
@@ -29,6 +30,7 @@
 #include "pipeline/stages/fit_output.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/validation_choice.h"
+#include "pipeline/surface_reflectance.h"
 
 namespace kappamu::pipeline {
 
@@ -86,6 +88,7 @@ class FitStage {
   void warn(ChannelFit& fit, const std::string& channel, const std::string& sentence);
   void state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels);
   void keep_prediction(const ChannelFit& fit, bool of_all);
+  void keep_reflectance(const std::vector<int>& channels);
   void write_json() const;
 
   fs::path input_;
@@ -104,6 +107,7 @@ class FitStage {
   io::VolumeSet volumes_;
   std::vector<float> prediction_;
   std::vector<float> validation_prediction_;
+  Json reflectance_;  ///< of the lit face's surface
 };
 
 inverse::Checkpoint FitStage::checkpoint(CheckpointFiles files) const {
@@ -202,6 +206,35 @@ void FitStage::keep_prediction(const ChannelFit& fit, bool of_all) {
   prediction_.insert(prediction_.end(), all.begin(), all.end());
 }
 
+/// Of the lit face's surface, where its pictures show it ([W] 6.1).
+void FitStage::keep_reflectance(const std::vector<int>& channels) {
+  // A fit that takes all light of lit pixels as scattered leaves nothing to the surface.
+  if (lit_.used || (channels.size() != 1 && channels.size() != 3)) return;
+  std::optional<Rigid> camera;
+  if (calibration_) {
+    camera =
+        (measurements_.two_faces() ? calibration_->calibration_pose : calibration_->pattern_pose)
+            .camera_from_sample;
+  }
+  const auto found = surface_reflectance(measurements_, channels, prediction_, camera);
+  if (!found) return;
+  reflectance_ = {{"file", write_surface_reflectance(output_, *found)},
+                  {"face", to_string(found->face)},
+                  {"measured", found->measured},
+                  {"channels", Json::array()}};
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const SurfaceReflectance::Channel& channel = found->channels[c];
+    reflectance_["channels"].push_back({{"name", channel.name},
+                                        {"mean", channel.mean},
+                                        {"noise", channel.noise},
+                                        {"negative", channel.negative}});
+    summary_.notes[c].push_back(
+        "Under even light the lit face sends back " + shown_number(channel.mean, "%.2g") +
+        " of the light more than the volume scatters: the reflectance of its surface, and what "
+        "diffusion errs by.");
+  }
+}
+
 void FitStage::write_json() const {
   Json channels = Json::array();
   std::vector<std::string> warnings;
@@ -234,6 +267,7 @@ void FitStage::write_json() const {
   fit["input"] = input_.string();
   fit["options"] = Json::parse(options_json(options_));
   fit["lit_pixels"] = lit_.used;
+  if (!reflectance_.is_null()) fit["surface_reflectance"] = reflectance_;
   fit["validation"] = {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}};
   fit["channels"] = channels;
   fit["warnings"] = warnings;
@@ -273,6 +307,7 @@ FitSummary FitStage::run() {
     summary_.reports.push_back(std::move(fit.report));
   }
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
+  keep_reflectance(channels);
   if (choice_.source == ValidationChoice::Source::validation) {
     write_maps(output_ / "prediction_validate.npy", *split_.validation, summary_.channels.size(),
                validation_prediction_);

@@ -10,7 +10,9 @@ namespace kappamu::render {
 /// How a block is wrapped round an object (render/material/shell_field.h).
 struct Shell {
   enum class Core { synthesised, mean_values };
+  enum class Outside { z_plus, z_minus };
 
+  Outside outside = Outside::z_plus;              ///< face of the block that lies on the surface
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();  ///< the block's y, laid along the surface
   double scale = 1.0;                             ///< of the block on the object [dimensionless]
   /// What texture coordinates of 1, 1 are on the block's face [mm]; none: the surface is covered by

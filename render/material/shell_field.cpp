@@ -20,6 +20,22 @@ constexpr double core_sharpness = 4.0;
 /// Share of the weight below which a piece is left out.
 constexpr double negligible = 1e-4;
 
+/// Half a turn about y, which brings the face z- to z+.
+io::VolumeSet turned(io::VolumeSet block) {
+  for (Medium& medium : block.media) {
+    for (Volume<double>* volume : {&medium.kappa, &medium.mu}) {
+      const Volume<double> before = *volume;
+      const GridShape& s = before.shape();
+      for (int z = 0; z < s.nz; ++z) {
+        for (int y = 0; y < s.ny; ++y) {
+          for (int x = 0; x < s.nx; ++x) (*volume)(x, y, z) = before(s.nx - 1 - x, y, s.nz - 1 - z);
+        }
+      }
+    }
+  }
+  return block;
+}
+
 /// 1 below 0, 0 above 1, smooth between.
 double fade(double at) {
   const double t = std::clamp(at, 0.0, 1.0);
@@ -56,7 +72,7 @@ class ShellField::Mixture {
 };
 
 ShellField::ShellField(const io::VolumeSet& block, const Shell& shell, const TriangleMesh& mesh)
-    : scores_(block), shell_(shell) {
+    : scores_(shell.outside == Shell::Outside::z_minus ? turned(block) : block), shell_(shell) {
   voxel_ = shell.scale * block.shape().voxel_mm;
   thickness_ = voxel_ * block.shape().nz;
   const ChartOptions options{voxel_, shell.up, shell.seed};

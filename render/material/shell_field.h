@@ -1,7 +1,7 @@
 // A measured block wrapped round an object ([W] 5: a shell map, Porumbescu et al. 2005): its face
-// z+ lies on the surface, its layers below it along the inward normal, at its scale in mm. Below
-// its last layer the core is a solid texture of pieces of it, or interpolated from that layer by
-// mean-value coordinates (Ju et al. 2005), positive ones alone.
+// z+ or z- lies on the surface, its layers below it along the inward normal, at its scale in mm.
+// Below its last layer the core is a solid texture of pieces of it, or interpolated from that layer
+// by mean-value coordinates (Ju et al. 2005), positive ones alone.
 #pragma once
 
 #include <memory>
@@ -22,6 +22,11 @@ class ShellField : public MaterialField {
   ColourCoefficients at(const Place& place) const override;
   double detail_mm() const override { return voxel_; }
   double deepest_mm() const override;
+  /// Where a place of the surface lies on the block's face that is outside, and the pieces'
+  /// weights.
+  FacePlaces on_face(const Place& place) const { return chart_->places(place); }
+  /// Of the block as it lies on the object [mm].
+  double voxel_mm() const { return voxel_; }
 
  private:
   class Mixture;

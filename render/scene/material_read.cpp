@@ -114,6 +114,10 @@ Shell shell_of(const Node& node) {
     const std::vector<Node> uv = node["texture_size_mm"].exactly(2);
     shell.texture_size_mm = Eigen::Vector2d(length_of(uv[0]), length_of(uv[1]));
   }
+  if (node.has("face")) {
+    shell.outside = node["face"].choice({"z-", "z+"}) == "z-" ? Shell::Outside::z_minus
+                                                              : Shell::Outside::z_plus;
+  }
   if (node.has("core")) {
     const std::string core = node["core"].choice({"synthesised", "mean-values"});
     shell.core = core == "synthesised" ? Shell::Core::synthesised : Shell::Core::mean_values;
@@ -125,7 +129,7 @@ Shell shell_of(const Node& node) {
 
 VolumeMaterial volume_of(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields({"volume"}, {"placement", "turn_deg", "offset_mm", "up", "scale",
-                                  "texture_size_mm", "core", "seed"});
+                                  "texture_size_mm", "core", "seed", "face"});
   VolumeMaterial material;
   material.volume = path_of(node["volume"], folder);
   if (node.has("placement")) {
@@ -141,7 +145,7 @@ VolumeMaterial volume_of(const Node& node, const std::filesystem::path& folder) 
     if (is_shell && node.has(field))
       node[field].fail("has no meaning for a shell, which follows the surface; write 'up'");
   }
-  for (const char* field : {"up", "scale", "texture_size_mm", "core", "seed"}) {
+  for (const char* field : {"up", "scale", "texture_size_mm", "core", "seed", "face"}) {
     if (!is_shell && node.has(field))
       node[field].fail("belongs to \"placement\": \"shell\"; remove it");
   }

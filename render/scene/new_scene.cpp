@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "io/volume/volume_file.h"
 #include "render/material/published_materials.h"
+#include "render/scene/measured_reflectance.h"
 
 namespace kappamu::render {
 
@@ -18,6 +19,12 @@ ordered_json block_object(const std::string& material, const std::filesystem::pa
   const double h = shape.voxel_mm;
   const std::filesystem::path absolute = std::filesystem::absolute(material).lexically_normal();
   const std::filesystem::path from = std::filesystem::absolute(folder / ".").lexically_normal();
+  ordered_json surface{
+      {"_comment", "\"eta\" is the volume's where it states one; roughness is GGX's alpha"},
+      {"roughness", 0.15}};
+  if (measured_reflectance_file(material)) {
+    surface["reflectance"] = {{"colour", 1}, {"measured", true}};
+  }
   return {
       {"_comment",
        "the measured block, standing on its edge. For another shape write \"mesh\": a file (OBJ, "
@@ -32,9 +39,7 @@ ordered_json block_object(const std::string& material, const std::filesystem::pa
          "\"mirror\" tile it at its true scale, with \"turn_deg\" and \"offset_mm\""},
         {"volume", absolute.lexically_relative(from).string()},
         {"placement", "stretch"}}},
-      {"surface",
-       {{"_comment", "\"eta\" is the volume's where it states one; roughness is GGX's alpha"},
-        {"roughness", 0.15}}}};
+      {"surface", surface}};
 }
 
 ordered_json sphere_object(const std::string& material) {

@@ -48,8 +48,12 @@ SurfaceDetail read_detail(const Node& node, const std::filesystem::path& folder)
   }
   if (node.has("reflectance")) {
     const Node reflectance = node["reflectance"];
-    reflectance.expect_fields({"colour"}, {"image", "size_mm"});
+    reflectance.expect_fields({"colour"}, {"image", "size_mm", "measured"});
     detail.reflectance = colour_of(reflectance["colour"], 1.0);
+    if (reflectance.has("measured")) detail.reflectance_measured = reflectance["measured"].flag();
+    if (detail.reflectance_measured && reflectance.has("image")) {
+      reflectance["image"].fail("cannot stand beside \"measured\": true; remove one of the two");
+    }
     if (reflectance.has("image")) {
       detail.reflectance_image = read_surface_image(reflectance, folder);
     } else if (reflectance.has("size_mm")) {

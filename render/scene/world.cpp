@@ -7,6 +7,7 @@
 #include "core/process_memory.h"
 #include "io/polycube_file.h"
 #include "render/scene/edited_object.h"
+#include "render/scene/measured_reflectance.h"
 #include "render/scene/object_shape.h"
 
 namespace kappamu::render {
@@ -45,7 +46,11 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.roughness = *made.media.roughness;
   if (object.finish.detail.any()) {
     try {
-      made.maps = std::make_shared<const SurfaceMaps>(object.finish.detail, made.mesh);
+      made.maps = std::make_shared<const SurfaceMaps>(
+          object.finish.detail, made.mesh,
+          object.finish.detail.reflectance_measured
+              ? measured_reflectance(object.material, made.rest, made.mesh)
+              : nullptr);
     } catch (const InputError& error) {
       throw InputError("object '" + object.name + "': " + error.what());
     }

@@ -26,6 +26,8 @@ struct SurfaceDetail {
   double dull = 0.5, glossy = 0.1;      ///< roughness where the gloss image is 0, and 1
   Colour reflectance = Colour::Zero();  ///< of the surface: a factor on its image, if it has one
   std::optional<SurfaceImage> reflectance_image;
+  /// `reflectance` is a factor on the one that was measured with the material's volume.
+  bool reflectance_measured = false;
 
   bool any() const { return bump || gloss || reflectance.maxCoeff() > 0.0; }
 };

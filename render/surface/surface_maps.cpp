@@ -62,7 +62,9 @@ Vector2d slope(const Image<float>& image, const Vector2d& at) {
 
 }  // namespace
 
-SurfaceMaps::SurfaceMaps(const SurfaceDetail& detail, const TriangleMesh& mesh) : detail_(detail) {
+SurfaceMaps::SurfaceMaps(const SurfaceDetail& detail, const TriangleMesh& mesh,
+                         std::shared_ptr<const PlacedReflectance> measured)
+    : detail_(detail), measured_(std::move(measured)) {
   bool by_texture = false;
   const auto take = [&](const std::optional<SurfaceImage>& image, const char* what) {
     if (!image) return false;
@@ -141,6 +143,7 @@ double SurfaceMaps::roughness(const Place& place, double otherwise) const {
 }
 
 Colour SurfaceMaps::reflectance(const Place& place) const {
+  if (measured_) return detail_.reflectance * measured_->at(place);
   if (!detail_.reflectance_image) return detail_.reflectance;
   return detail_.reflectance * value(reflectance_, *detail_.reflectance_image, place);
 }

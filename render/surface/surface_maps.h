@@ -10,17 +10,29 @@
 
 namespace kappamu::render {
 
+/// A place of an object's surface.
+struct SurfacePlace {
+  std::size_t triangle = 0;
+  double u = 0.0, v = 0.0;        ///< barycentric weights of the second and third corner
+  Eigen::Vector3d point, normal;  ///< in the object's frame; the normal of unit length
+};
+
+/// A reflectance that lies on an object as its volume does.
+class PlacedReflectance {
+ public:
+  virtual ~PlacedReflectance() = default;
+  virtual Colour at(const SurfacePlace& place) const = 0;
+};
+
 class SurfaceMaps {
  public:
-  /// Of a mesh in the object's frame, which is copied where it is needed. Throws InputError naming
-  /// the file, and where a map needs texture coordinates that the mesh does not have.
-  SurfaceMaps(const SurfaceDetail& detail, const TriangleMesh& mesh);
+  /// Of a mesh in the object's frame, which is copied where it is needed; `measured` where the
+  /// detail asks for it. Throws InputError naming the file, and where a map needs texture
+  /// coordinates that the mesh does not have.
+  SurfaceMaps(const SurfaceDetail& detail, const TriangleMesh& mesh,
+              std::shared_ptr<const PlacedReflectance> measured = nullptr);
 
-  struct Place {
-    std::size_t triangle = 0;
-    double u = 0.0, v = 0.0;        ///< barycentric weights of the second and third corner
-    Eigen::Vector3d point, normal;  ///< in the object's frame; the normal of unit length
-  };
+  using Place = SurfacePlace;
   /// The normal, tilted by the bumps' slope.
   Eigen::Vector3d normal(const Place& place) const;
   /// `otherwise` without a gloss map.
@@ -39,6 +51,7 @@ class SurfaceMaps {
   Colour value(const Image<float>& pixels, const SurfaceImage& image, const Place& place) const;
 
   SurfaceDetail detail_;
+  std::shared_ptr<const PlacedReflectance> measured_;
   TriangleMesh mesh_;  ///< empty where all maps are projected
   Image<float> bump_, gloss_, reflectance_;
 };

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/image/image_file.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
 #include "io/read_file.h"
@@ -175,6 +176,45 @@ TEST(TwoFacesSession, BothAreMergedAndFitted) {
   }
   const ProcessResult score = kappamu("score " + at + "run --truth " + at + "truth --json");
   ASSERT_EQ(score.exit_code, 0) << score.standard_error;
+}
+
+/// From a session whose lit face reflects by its surface to the run, an export and a scene.
+TEST(TwoFacesSession, BothShowWhatTheSurfaceReflects) {
+  const OwnFolder folder;
+  const std::string at = folder.path().string() + "/";
+  const ProcessResult made = kappamu(
+      "simulate --sample tiny --seed 5 --both-faces --patches 2 --surface-reflectance 0.2 "
+      "--holdout 0 -o " +
+      at);
+  ASSERT_EQ(made.exit_code, 0) << made.standard_error;
+  const ProcessResult run = kappamu("run " + at + "session --device reference -o " + at + "run");
+  ASSERT_EQ(run.exit_code, 0) << run.standard_error;
+  const Image<float> found = io::read_float_image(at + "run/fit/reflectance_z-.exr");
+  const std::vector<float> truth = io::read_npy(at + "truth/reflectance.npy").values;
+  ASSERT_EQ(found.width(), 12);
+  ASSERT_EQ(found.height(), 10);
+  for (int c = 0; c < 3; ++c) {
+    double squares = 0.0, mean = 0.0;
+    for (int y = 1; y < 9; ++y) {
+      for (int x = 1; x < 11; ++x) {
+        const double error =
+            found(x, 9 - y, c) - truth[static_cast<std::size_t>((c * 10 + y) * 12 + x)];
+        mean += error / 80.0;
+        squares += error * error / 80.0;
+      }
+    }
+    RecordProperty("error" + std::to_string(c),
+                   std::to_string(mean) + " " + std::to_string(std::sqrt(squares)));
+    EXPECT_LT(std::sqrt(squares), 0.035) << c;
+  }
+  const ProcessResult scene = kappamu("render --new-scene " + at + "run -o " + at + "scene.json");
+  ASSERT_EQ(scene.exit_code, 0) << scene.standard_error;
+  EXPECT_NE(io::read_text(at + "scene.json").find("\"measured\": true"), std::string::npos);
+  const ProcessResult picture = kappamu("render " + at + "scene.json -o " + at + "picture");
+  ASSERT_EQ(picture.exit_code, 0) << picture.standard_error;
+  const ProcessResult exported = kappamu("export " + at + "run --format exr -o " + at + "export");
+  ASSERT_EQ(exported.exit_code, 0) << exported.standard_error;
+  EXPECT_TRUE(fs::exists(at + "export/exr/reflectance_z-.exr"));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "core/error.h"
@@ -14,6 +15,9 @@ namespace {
 
 /// Clusters of this level are refitted independently of each other.
 constexpr int task_level = 6;
+/// A cluster has triangles of two sides where the farthest corner of its box is this many radii
+/// away, or this many radii of a disc of its area: a square aslant has 2.1 of both.
+constexpr float most_radii = 2.2F, most_disc_radii = 4.0F;
 
 Eigen::Array4f packed(const Eigen::Vector3f& v, float last) {
   return {v.x(), v.y(), v.z(), last};
@@ -70,6 +74,7 @@ void ClusterTree::refit(const TriangleMesh& mesh) {
   corner_.resize(3 * count);
   cluster_.resize((std::size_t{2} << depth_) - 1);
   weight_.resize(cluster_.size());
+  box_.resize(cluster_.size());
   // Subtrees on their own, then the clusters above them.
   const int level = std::min(task_level, depth_);
   for_rows(1 << level, [&](int row) {
@@ -111,16 +116,21 @@ void ClusterTree::refit_triangle(const TriangleMesh& mesh, std::size_t p) {
 void ClusterTree::refit_leaf(std::size_t k, std::size_t first, std::size_t last) {
   cluster_[k] = point_[first];
   weight_[k].setZero();
+  box_[k].setEmpty();
   for (std::size_t p = first; p < last; ++p) {
     const float area = point_[p][3];
     add(k, point_[p], {area, area * spread_[2 * p].head<3>().sum()});
+    box_[k].extend(Eigen::Vector3f(point_[p].head<3>()));
   }
+  set_radius(k);
 }
 
 void ClusterTree::refit_cluster(std::size_t k) {
   cluster_[k] = cluster_[2 * k + 1];
   weight_[k] = weight_[2 * k + 1];
   add(k, cluster_[2 * k + 2], weight_[2 * k + 2]);
+  box_[k] = box_[2 * k + 1].merged(box_[2 * k + 2]);
+  set_radius(k);
 }
 
 void ClusterTree::add(std::size_t k, const Eigen::Array4f& centre, const Eigen::Array2f& weight) {
@@ -129,7 +139,18 @@ void ClusterTree::add(std::size_t k, const Eigen::Array4f& centre, const Eigen::
   weight_[k][1] += weight[1] + weight_[k][0] * share * apart.square().sum();
   weight_[k][0] = whole;
   cluster_[k].head<3>() += share * apart;
-  cluster_[k][3] = std::sqrt(2.0F * weight_[k][1] / std::max(whole, 1e-30F));
+}
+
+void ClusterTree::set_radius(std::size_t k) {
+  const float area = std::max(weight_[k][0], 1e-30F);
+  float& radius = cluster_[k][3] = std::sqrt(2.0F * weight_[k][1] / area);
+  const Eigen::Array3f centre = cluster_[k].head<3>();
+  const float farthest =
+      (box_[k].max().array() - centre).max(centre - box_[k].min().array()).matrix().norm();
+  const float disc = std::sqrt(area / std::numbers::pi_v<float>);
+  if (farthest > most_radii * radius || farthest > most_disc_radii * disc) {
+    radius = std::max(radius, farthest);
+  }
 }
 
 }  // namespace kappamu::forward::dipole

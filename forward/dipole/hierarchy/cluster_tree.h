@@ -4,7 +4,7 @@
 // permutation. The tree is built once; where vertices move, only centres and extents are renewed.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <vector>
 
@@ -31,7 +31,9 @@ class ClusterTree {
   /// Triangle of the mesh at each position.
   const std::vector<int>& order() const { return order_; }
   /// Per cluster: centre of area x, y, z and radius √(2 ⟨d²⟩), that of a disc with the same mean
-  /// squared distance [mm].
+  /// squared distance [mm]. Cutting at the median leaves a few clusters with triangles of two
+  /// sides of the object; their radius is the distance of the farthest corner of their box, so that
+  /// the one or two triangles far from the centre are not taken by its series.
   const std::vector<Eigen::Array4f>& cluster() const { return cluster_; }
   /// Per position: centroid [mm] and area [mm²].
   const std::vector<Eigen::Array4f>& point() const { return point_; }
@@ -48,11 +50,13 @@ class ClusterTree {
   void refit_cluster(std::size_t k);
   /// Adds a part to cluster k: its centre, and its area with Σ area · d² about that.
   void add(std::size_t k, const Eigen::Array4f& centre, const Eigen::Array2f& weight);
+  void set_radius(std::size_t k);
 
   int depth_ = 0;
   std::vector<int> order_;
   std::vector<Eigen::Array4f> cluster_, point_, spread_, corner_;
-  std::vector<Eigen::Array2f> weight_;  ///< per cluster: area [mm²], Σ area · d² [mm⁴]
+  std::vector<Eigen::AlignedBox3f> box_;  ///< per cluster, of its centroids
+  std::vector<Eigen::Array2f> weight_;    ///< per cluster: area [mm²], Σ area · d² [mm⁴]
 };
 
 }  // namespace kappamu::forward::dipole

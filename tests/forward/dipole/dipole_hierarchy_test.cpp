@@ -101,6 +101,32 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"spike", 30, 25.0, "dipole"}, Case{"cylinder", 24, 25.0, "better-dipole"},
                     Case{"torus", 24, 25.0, "beam-diffusion"}));
 
+/// Cuts at the median leave clusters with a triangle of the other side. On a slab lit on the sides
+/// that face (1, 1, 1), every triangle of them away from the edges has the exitance of its
+/// neighbours.
+TEST(Hierarchy, NoTriangleHasTheExitanceOfTheOtherSide) {
+  const TriangleMesh mesh = make_shape("slab", 200.0, 64, 0.3);
+  const Surface surface = surface_of(mesh);
+  const std::vector<Profile> profiles = marble();
+  Hierarchy hierarchy(context(), mesh, profiles);
+  const std::vector<Eigen::Array4f> exitance = hierarchy.exitance(sunlight(surface));
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  constexpr double from_edges = 20.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    float least = 1e9F, most = 0.0F;
+    for (std::size_t t = 0; t < surface.size(); ++t) {
+      if (surface.normal[t][axis] < 0.9) continue;
+      Eigen::Vector3d in =
+          (surface.position[t] - box.min()).cwiseMin(box.max() - surface.position[t]);
+      in[axis] = from_edges;
+      if (in.minCoeff() < from_edges) continue;
+      least = std::min(least, exitance[t][1]);
+      most = std::max(most, exitance[t][1]);
+    }
+    EXPECT_GT(least, 0.9F * most) << axis;
+  }
+}
+
 TEST(Hierarchy, ErrorFallsWithTheThirdPowerOfTheOpening) {
   const TriangleMesh mesh = make_shape("torus", 25.0, 60);
   const std::vector<Profile> profiles = marble();
