@@ -88,11 +88,14 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
       options.script ? scene.film.width : std::max(usual_width, scene.film.width));
   options.height = std::max(1, options.width * scene.film.height / scene.film.width);
   std::vector<std::string> warnings;
-  render::LiveScene live(scene,
-                         {arguments.model.name, arguments.tolerance, globals.device, globals.seed,
-                          arguments.model.values()},
-                         warnings);
+  const render::LiveOptions of_models{arguments.model.name, arguments.tolerance, globals.device,
+                                      globals.seed, arguments.model.values()};
+  render::LiveScene live(scene, of_models, warnings);
   for (const std::string& warning : warnings) progress->warn(warning);
+  options.another = [&scene, &of_models] {
+    std::vector<std::string> known;
+    return std::make_unique<render::LiveScene>(scene, of_models, known);
+  };
   options.check = [](const std::string& path) {
     std::optional<TemporaryFolder> other;
     scene_of(path, other);
@@ -173,8 +176,10 @@ from saved edits, and from those of a window that ended before they were saved.
 A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
 exposure E, panel on|off, trace on|off, channel all|R|G|B,
 brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH, paint X Y ...,
-fur NAME VALUE, comb X0 Y0 X1 Y1 RADIUS, preview RECIPE, keep, cancel, undo, redo,
-slice NAME x|y|z N, photograph N, save, screenshot NAME, quit.)");
+fur NAME VALUE, fur_brush KIND RADIUS ..., comb X0 Y0 X1 Y1 RADIUS,
+tool orbit|brush|shape|fur, mouse left|right|middle X0 Y0 X1 Y1,
+compare unedited|now|off, preview RECIPE, keep, cancel, undo, redo,
+slice NAME x|y|z N, photograph N, save, screenshot NAME, quit. docs/howto/view.md has all.)");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()

@@ -117,15 +117,35 @@ void draw_marks(const ViewState& state) {
   list.PopClipRect();
 }
 
-void draw_brush_ring(const ViewState& state, double distance_mm) {
-  const auto radius = static_cast<float>(state.brush.radius_mm / mm_per_pixel(state, distance_mm));
+void draw_names(const ViewState& state, const std::string& left) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const PictureArea& area = state.area;
+  list.AddLine({area.x, area.y}, {area.x, area.y + area.height}, pale, state.scale);
+  const float margin = 8.0F * state.scale;
+  list.PushClipRect({area.x - area.width, area.y}, {area.x - margin, area.y + area.height});
+  list.AddText({area.x - area.width + margin, area.y + margin}, pale, left.c_str());
+  list.PopClipRect();
+  list.AddText({area.x + margin, area.y + margin}, pale, "now");
+}
+
+void draw_brush_ring(const ViewState& state, const render::World& world, double radius_mm,
+                     const std::string& text) {
   const ImVec2 mouse = ImGui::GetMousePos();
+  const double x = static_cast<double>(mouse.x), y = static_cast<double>(mouse.y);
+  if (ImGui::GetIO().WantCaptureMouse || !state.area.holds(x, y)) return;
+  const render::LookAt look = state.look(state.area.aspect());
+  const Eigen::Vector2d at = state.area.in_picture(x, y);
+  const Vector3d direction = look.direction(at.x(), at.y());
+  const auto hit = world.first_hit(look.position(), direction, 0.0);
+  if (!hit) return;
+  const double depth = hit->distance * direction.dot(look.forward());
+  const auto radius = static_cast<float>(radius_mm / mm_per_pixel(state, depth));
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
   list.AddCircle(mouse, radius, pale, 0, state.scale);
-  char text[48];
-  std::snprintf(text, sizeof(text), "%.3g mm, %.3g mm deep", state.brush.radius_mm,
-                state.brush.depth_mm);
-  list.AddText({mouse.x + radius + 4.0F * state.scale, mouse.y - 7.0F * state.scale}, pale, text);
+  char length[32];
+  std::snprintf(length, sizeof(length), "%.3g mm", radius_mm);
+  list.AddText({mouse.x + radius + 4.0F * state.scale, mouse.y - 7.0F * state.scale}, pale,
+               (length + text).c_str());
 }
 
 void draw_status(const ViewState& state, const render::LiveAnswer* answer, double tolerance,
@@ -174,6 +194,7 @@ void draw_keys(ViewState& state) {
       {"1, 3, 7", "look from the front, the right, the top; with Ctrl from the other side"},
       {"0", "the scene's own view"},
       {"B", "brush on or off"},
+      {"C", "the unedited scene beside it, on or off"},
       {"Ctrl+Z, Ctrl+Shift+Z or Ctrl+Y", "undo, redo"},
       {"Ctrl+S", "save edits"},
       {"N", "panel on or off"},

@@ -17,9 +17,12 @@ std::optional<ImVec2> on_screen(const ViewState& state, const Eigen::Vector3d& p
 
 /// Lights, axes and scale.
 void draw_marks(const ViewState& state);
-/// A ring of the brush's radius about the mouse, where it is over the object at this distance from
-/// the camera.
-void draw_brush_ring(const ViewState& state, double distance_mm);
+/// Over two states side by side, with a line between them.
+void draw_names(const ViewState& state, const std::string& left);
+/// A ring of a brush's radius about the mouse, where it is over an object of `world`; `text`
+/// follows the radius.
+void draw_brush_ring(const ViewState& state, const render::World& world, double radius_mm,
+                     const std::string& text);
 /// Model, error and progress, below the picture. `answer`: none yet.
 void draw_status(const ViewState& state, const render::LiveAnswer* answer, double tolerance,
                  const std::optional<Answers::Work>& work);

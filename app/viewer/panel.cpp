@@ -9,7 +9,7 @@ Asked draw_panel(const PanelGroups& groups, const PanelNumbers& numbers, ViewSta
     flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove;
     flags &= ~ImGuiWindowFlags_NoScrollbar;
     ImGui::SetNextWindowPos({0.0F, 0.0F});
-    ImGui::SetNextWindowSize({state.area.x, state.area.height});
+    ImGui::SetNextWindowSize({panel_width * state.scale, state.area.height});
   } else {
     ImGui::SetNextWindowPos({8.0F, 8.0F}, ImGuiCond_Once);
   }

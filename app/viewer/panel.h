@@ -14,9 +14,6 @@ namespace kappamu::app {
 
 inline const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
 
-/// Of the docked panel and of the line of state [px at scale 1].
-constexpr float panel_width = 320.0F, status_height = 26.0F;
-
 class Shaping;
 
 /// What the panel states.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace kappamu::app {
 
@@ -24,6 +25,41 @@ render::Selection Region::selection() const {
     default:
       return render::WholeSelection{};
   }
+}
+
+ViewState ViewState::of(const render::Scene& scene, const render::World& world) {
+  ViewState state;
+  state.lights = scene.lights;
+  state.camera = scene.camera;
+  Eigen::AlignedBox3d box;
+  for (const render::WorldObject& object : world.objects()) {
+    for (const Vector3d& vertex : object.mesh.vertices) {
+      box.extend(object.world_from_object * vertex);
+    }
+  }
+  state.centre = box.center();
+  state.radius_mm = 0.5 * box.diagonal().norm();
+  const auto first = std::find_if(state.lights.begin(), state.lights.end(), render::has_angles);
+  if (first != state.lights.end()) {
+    state.lamp = static_cast<std::size_t>(first - state.lights.begin());
+  }
+  return state;
+}
+
+void ViewState::lay_out(int width, int height, double film_aspect) {
+  const float left = docked && panel ? panel_width * scale : 0.0F;
+  const float below = docked ? status_height * scale : 0.0F;
+  PictureArea whole{left, 0.0F, std::max(1.0F, static_cast<float>(width) - left),
+                    std::max(1.0F, static_cast<float>(height) - below)};
+  PictureArea half = whole;
+  half.width = std::max(1.0F, 0.5F * whole.width);
+  half.x += half.width;
+  const bool halved = compared != Compared::nothing;
+  const auto back = [&](const PictureArea& in) { return std::max(1.0, film_aspect / in.aspect()); };
+  if (std::exchange(halved_, halved) != halved) {
+    zoom(halved ? back(half) / back(whole) : back(whole) / back(half));
+  }
+  area = halved ? half : whole;
 }
 
 void ViewState::orbit(double right_deg, double up_deg) {

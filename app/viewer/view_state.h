@@ -1,6 +1,7 @@
 // What a person or a script sets in the window.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,10 @@ struct Region {
 /// coordinates from the top left corner].
 struct PictureArea {
   float x = 0.0F, y = 0.0F, width = 1.0F, height = 1.0F;
+  bool holds(double window_x, double window_y) const {
+    const Eigen::Vector2d at = in_picture(window_x, window_y);
+    return at.minCoeff() >= 0.0 && at.maxCoeff() <= 1.0;
+  }
   double aspect() const { return static_cast<double>(width) / static_cast<double>(height); }
   /// A point of the window in [0, 1]² of the picture, from its top left corner.
   Eigen::Vector2d in_picture(double window_x, double window_y) const {
@@ -54,6 +59,12 @@ struct PictureArea {
             (window_y - static_cast<double>(y)) / static_cast<double>(height)};
   }
 };
+
+/// The state shown left of the one in hand: as the scene's file has it, or as it was when asked.
+enum class Compared { nothing, unedited, kept };
+
+/// Of the docked panel and of the line of state [px at scale 1].
+constexpr float panel_width = 320.0F, status_height = 26.0F;
 
 /// Views along the world's axes: from +z, +x and +y.
 enum class AxisView { front, right, top };
@@ -74,7 +85,7 @@ struct ViewState {
   Photograph photograph;
   int channel = 0;  ///< shown: 0 all, else one, grey
 
-  PictureArea area;
+  PictureArea area;        ///< of the state in hand
   float scale = 1.0F;      ///< of text and marks, the screen's
   double radius_mm = 1.0;  ///< of all objects, about `centre`
   bool docked = false;     ///< the panel lies beside the picture, else over it
@@ -82,7 +93,15 @@ struct ViewState {
   bool traced = true;           ///< the picture is traced at rest
   bool playing = false;         ///< the light in hand turns round
   bool lights_changed = false;  ///< since the last question
+  Compared compared = Compared::nothing;
+  std::optional<Compared> asked_to_compare;
+  bool can_compare = true;
 
+  /// The scene's own light and camera, and all its objects' box.
+  static ViewState of(const render::Scene& scene, const render::World& world);
+  /// Where the picture lies in a window of this size: all of it, or its right half. What of a film
+  /// is seen stays seen where the picture is halved.
+  void lay_out(int width, int height, double film_aspect);
   bool has_handle() const { return lamp < lights.size() && render::has_angles(lights[lamp]); }
   void set_light(render::Light light);
   void turn_light(const render::LightAngles& angles) {
@@ -110,6 +129,9 @@ struct ViewState {
   void frame();
   /// `other_side`: from −z, −x or −y.
   void look_along(AxisView view, bool other_side);
+
+ private:
+  bool halved_ = false;  ///< at the last lay_out()
 };
 
 }  // namespace kappamu::app

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/viewer/answers.h"
+#include "app/viewer/comparison.h"
 #include "app/viewer/drawing/display.h"
 #include "app/viewer/editing.h"
 #include "app/viewer/fur/fur_group.h"
@@ -51,26 +52,6 @@ constexpr double turning_speed = 30.0;
 /// A picture narrower than this has the panel over it, and no line of state [px].
 constexpr int least_docked_px = 720;
 
-ViewState first_state(const render::Scene& scene, const render::LiveScene& live) {
-  const render::World& world = live.world();
-  ViewState state;
-  state.lights = scene.lights;
-  state.camera = scene.camera;
-  Eigen::AlignedBox3d box;
-  for (const render::WorldObject& object : world.objects()) {
-    for (const Eigen::Vector3d& vertex : object.mesh.vertices) {
-      box.extend(object.world_from_object * vertex);
-    }
-  }
-  state.centre = box.center();
-  state.radius_mm = 0.5 * box.diagonal().norm();
-  const auto first = std::find_if(state.lights.begin(), state.lights.end(), render::has_angles);
-  if (first != state.lights.end()) {
-    state.lamp = static_cast<std::size_t>(first - state.lights.begin());
-  }
-  return state;
-}
-
 class Viewer {
  public:
   Viewer(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options)
@@ -79,7 +60,7 @@ class Viewer {
         live_(live),
         editing_(scene, live.world(), options, [this] { ask(); }),
         shaping_(live.world(), editing_.painter()),
-        state_(first_state(scene, live)),
+        state_(ViewState::of(scene, live.world())),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
         window_(options.width, options.height,
@@ -87,6 +68,7 @@ class Viewer {
         display_(live.world()),
         fur_(scene, live.world()),
         samples_(scene.film.samples),
+        film_aspect_(static_cast<double>(scene.film.width) / scene.film.height),
         answers_(live, [] { glfwPostEmptyEvent(); }) {
     if (options.run) photographs_.emplace(*options.run);
     if (editing_.painter().is_open()) state_.edits = options.edits->string();
@@ -94,8 +76,7 @@ class Viewer {
     state_.scale = window_.scale();
     // What the film's width shows is shown, though the panel takes of it.
     lay_out(options_.width, options_.height);
-    const double film_aspect = static_cast<double>(scene.film.width) / scene.film.height;
-    state_.zoom(std::max(1.0, film_aspect / state_.area.aspect()));
+    state_.zoom(std::max(1.0, film_aspect_ / state_.area.aspect()));
     groups_.push_back(light_group());
     groups_.push_back(view_group(photograph_count() > 0));
     groups_.push_back(shape_group(shaping_));
@@ -106,7 +87,7 @@ class Viewer {
       fur_canvas_.emplace();
       display_.show_fur(*fur_canvas_, fur_);
       groups_.push_back(fur_group(fur_, *fur_canvas_));
-      state_.traced = false;  // traced pictures have no fur
+      state_.traced = state_.can_compare = false;  // traced pictures have no fur
     }
     ask();
   }
@@ -136,7 +117,8 @@ class Viewer {
                                                                               : longest_wait_s);
       if (state_.playing && !answers_.waiting()) turn_on();
       const bool worked = std::exchange(worked_, working());
-      if (take_answer() || take_picture() || fur_.update() || worked != worked_) {
+      if (take_answer() || take_picture() || (comparison_ && comparison_->update()) ||
+          fur_.update() || worked != worked_) {
         window_.draw_again();
       }
       if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
@@ -161,8 +143,50 @@ class Viewer {
     answers_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
-  bool working() const {
-    return fur_.making() || answers_.waiting() || answers_.refining() || answers_.tracing();
+  bool waiting() const { return answers_.waiting() || (comparison_ && comparison_->waiting()); }
+  bool improving() const {
+    return answers_.refining() || answers_.tracing() || (comparison_ && comparison_->improving());
+  }
+  bool working() const { return fur_.making() || waiting() || improving(); }
+
+  void look(const std::optional<render::PictureView>& view) {
+    answers_.look(view);
+    if (comparison_) comparison_->look(view);
+  }
+
+  void lights_changed() {
+    ask();
+    if (comparison_) comparison_->light(state_.lights);
+  }
+
+  void compare(Compared with) {
+    comparison_.reset();
+    state_.compared = with;
+    if (with == Compared::nothing) return;
+    render::LiveQuestion held;
+    held.lights = state_.lights;
+    if (with == Compared::kept) {
+      held.media = editing_.painter().media();
+      held.model = chosen_;
+      held.shape = shaping_.question();
+      held.shape.moving = false;
+    }
+    try {
+      comparison_ = std::make_unique<Comparison>(options_.another(), std::move(held),
+                                                 with == Compared::kept ? "as it was" : "unedited",
+                                                 [] { glfwPostEmptyEvent(); });
+    } catch (const InputError& error) {  // a file of the scene is there no more
+      if (options_.script) throw;
+      note_ = error.what();
+      state_.compared = Compared::nothing;
+    }
+  }
+
+  /// Of a person or a script, noted in the state.
+  void follow_requests() {
+    if (std::exchange(state_.lights_changed, false)) lights_changed();
+    if (shaping_.take_change()) ask();
+    if (state_.asked_to_compare) compare(*std::exchange(state_.asked_to_compare, std::nullopt));
   }
 
   /// The picture that the window's part for it shows, as it would be traced.
@@ -179,8 +203,7 @@ class Viewer {
   void follow_view() {
     if (options_.script) {
       lay_out(options_.width, options_.height);
-      answers_.look(player_.takes_picture() && state_.traced ? std::optional(view())
-                                                             : std::nullopt);
+      look(player_.takes_picture() && state_.traced ? std::optional(view()) : std::nullopt);
       return;
     }
     if (const render::PictureView now = view(); !(now == wanted_)) {
@@ -188,7 +211,7 @@ class Viewer {
       stood_ = {};
     }
     looked_at_ = stood_.seconds() > steady_s;
-    answers_.look(looked_at_ && state_.traced ? std::optional(wanted_) : std::nullopt);
+    look(looked_at_ && state_.traced ? std::optional(wanted_) : std::nullopt);
   }
 
   bool take_picture() {
@@ -235,10 +258,7 @@ class Viewer {
 
   void lay_out(int width, int height) {
     state_.docked = !options_.script || width >= least_docked_px;
-    const float left = state_.docked && state_.panel ? panel_width * state_.scale : 0.0F;
-    const float below = state_.docked ? status_height * state_.scale : 0.0F;
-    state_.area = {left, 0.0F, std::max(1.0F, static_cast<float>(width) - left),
-                   std::max(1.0F, static_cast<float>(height) - below)};
+    state_.lay_out(width, height, film_aspect_);
   }
 
   /// The light in hand goes on turning round.
@@ -266,10 +286,16 @@ class Viewer {
     lay_out(across, high);
     density_ = static_cast<float>(width) / static_cast<float>(across);
     const PictureArea& area = state_.area;
-    const Viewport at{static_cast<int>(density_ * area.x),
-                      height - static_cast<int>(density_ * (area.y + area.height)), view().width,
-                      view().height};
-    display_.draw(state_, view(), answer_.has_value(), width, height, at);
+    Viewport at{static_cast<int>(density_ * area.x),
+                height - static_cast<int>(density_ * (area.y + area.height)), view().width,
+                view().height};
+    display_.begin(width, height);
+    display_.draw(state_, view(), answer_.has_value(), at);
+    if (comparison_) {
+      at.x -= at.width;
+      comparison_->draw(state_, view(), at);
+    }
+    display_.end();
     draw_over();
     if (!options_.script) {
       display_.show(width, height);
@@ -283,27 +309,38 @@ class Viewer {
   void draw_over() {
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
+    if (pointed_) point(*pointed_);
     ImGui::NewFrame();
     const std::string model = state_.model;
     draw_panels();
-    if (!options_.script) {
-      if (state_.keys_shown) draw_keys(state_);
-      mouse_.follow(state_);
-      const std::vector<PointerEvent> events = window_.take_pointer_events();
-      strokes_.follow(events, mouse_, state_);
-      fur_hand_.follow(events, mouse_, state_);
-      follow_keys();
-      for (const std::string& file : window_.take_dropped()) open(file);
-      if (closing_) close(draw_closing_question());
-    }
+    if (state_.keys_shown) draw_keys(state_);
+    mouse_.follow(state_);
+    const std::vector<PointerEvent> events = window_.take_pointer_events();
+    strokes_.follow(events, mouse_, state_);
+    fur_hand_.follow(events, mouse_, state_);
+    follow_keys();
+    for (const std::string& file : window_.take_dropped()) open(file);
+    if (closing_) close(draw_closing_question());
     if (model != state_.model) ask(state_.model);
-    if (std::exchange(state_.lights_changed, false) || shaping_.take_change()) ask();
+    follow_requests();
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   }
 
+  /// A script's mouse in place of a person's.
+  void point(const Pointed& by) {
+    ImGuiIO& io = ImGui::GetIO();
+    io.MousePos = {static_cast<float>(by.at.x()), static_cast<float>(by.at.y())};
+    io.MouseDown[by.button] = by.held;
+    const bool left = by.button == ImGuiMouseButton_Left;
+    window_.point({by.at.x(), by.at.y(), left && by.held, left && by.pressed});
+  }
+
   void draw_panels() {
-    if (state_.docked && state_.marks_shown) draw_marks(state_);
+    if (state_.docked && state_.marks_shown) {
+      draw_marks(state_);
+      if (comparison_) draw_names(state_, comparison_->label());
+    }
     if (state_.docked) {
       draw_status(state_, answer_ ? &*answer_ : nullptr, live_.tolerance(), answers_.work_now());
     }
@@ -315,9 +352,9 @@ class Viewer {
       Painter& painter = editing_.painter();
       const std::size_t edited = painter.in_hand();
       slices_.draw(painter.edited(edited).history().volume(), painter.axes(edited), first_camera_,
-                   state_.slice);
+                   state_.scale, state_.slice);
     }
-    if (state_.photograph.shown) photographs_->draw(state_.photograph);
+    if (state_.photograph.shown) photographs_->draw(state_.scale, state_.photograph);
   }
 
   void follow_keys() {
@@ -366,10 +403,10 @@ class Viewer {
   /// once it is as exact as asked.
   void play() {
     follow_view();
-    if (answers_.waiting() ||
-        (player_.takes_picture() && (answers_.refining() || answers_.tracing()))) {
+    if (waiting() || (player_.takes_picture() && improving())) {
       if (take_answer()) draw_frame();
       take_picture();
+      if (comparison_) comparison_->update();
       window_.wait_for_events(longest_script_wait_s);
       return;
     }
@@ -380,11 +417,15 @@ class Viewer {
                 shaping_,
                 fur_,
                 photograph_count(),
-                [this] { ask(); },
                 [this](const std::string& model) { ask(model); },
-                [this](const std::filesystem::path& file) { write_screenshot(file); }};
+                [this](const std::filesystem::path& file) { write_screenshot(file); },
+                [this](const Pointed& by) {
+                  pointed_ = by;
+                  draw_frame();
+                  pointed_.reset();
+                }};
     player_.play(stage);
-    if (shaping_.take_change()) ask();
+    follow_requests();
   }
 
   void write_screenshot(const std::filesystem::path& file) {
@@ -398,6 +439,7 @@ class Viewer {
 
   ViewerOptions options_;
   ScriptPlayer player_;
+  std::optional<Pointed> pointed_;
   render::LiveScene& live_;
   Editing editing_;
   Shaping shaping_;
@@ -412,7 +454,8 @@ class Viewer {
   FurModel fur_;
   FurHand fur_hand_{fur_};
   std::optional<FurCanvas> fur_canvas_;
-  const int samples_;                         ///< rays a pixel of traced pictures
+  const int samples_;  ///< rays a pixel of traced pictures
+  const double film_aspect_;
   render::PictureView wanted_;                ///< that the window last showed
   Stopwatch stood_;                           ///< since it is that
   bool looked_at_ = false;                    ///< for long enough to be traced
@@ -430,6 +473,7 @@ class Viewer {
   Strokes strokes_{editing_, shaping_};
   Stopwatch played_;  ///< since the light in hand turned
   Answers answers_;
+  std::unique_ptr<Comparison> comparison_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct ViewerOptions {
   std::optional<std::filesystem::path> edits;   ///< folder that edited volumes are saved to
   std::optional<std::filesystem::path> run;     ///< whose photographs can be shown
   int width = 960, height = 720;                ///< of the picture [px]
+  /// The scene once more, as its file has it.
+  std::function<std::unique_ptr<render::LiveScene>()> another;
   /// Throws InputError where a file that was dropped on the window cannot be looked at.
   std::function<void(const std::string&)> check = [](const std::string&) {};
   Stopwatch started;  ///< since the command began

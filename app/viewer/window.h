@@ -42,6 +42,8 @@ class Window {
   /// Everything since the last call, in order: several positions may lie between two frames.
   std::vector<PointerEvent> take_pointer_events();
   std::vector<KeyEvent> take_key_events();
+  /// As if the pointer had been there.
+  void point(const PointerEvent& event) { events_.pointer.push_back(event); }
   /// Files that were dropped on the window since the last call.
   std::vector<std::string> take_dropped();
   /// Of text and marks: 2 on a screen of twice the usual density.

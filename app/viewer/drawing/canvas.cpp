@@ -128,6 +128,17 @@ Canvas::Canvas(const std::vector<float>& geometry)
   }
 }
 
+Canvas::~Canvas() {
+  for (const unsigned program : {surface_, whole_}) glDeleteProgram(program);
+  for (const unsigned* array : {&array_, &nothing_}) glDeleteVertexArrays(1, array);
+  for (const unsigned* buffer : {&geometry_, &light_}) glDeleteBuffers(1, buffer);
+  for (const unsigned* texture : {&objects_, &sky_, &traced_}) glDeleteTextures(1, texture);
+  for (const unsigned* frame : {&frame_, &fine_frame_}) glDeleteFramebuffers(1, frame);
+  for (const unsigned* buffer : {&colour_, &fine_colour_, &fine_depth_}) {
+    glDeleteRenderbuffers(1, buffer);
+  }
+}
+
 void Canvas::set_geometry(const std::vector<float>& geometry) {
   glBindBuffer(GL_ARRAY_BUFFER, geometry_);
   upload_floats(geometry, GL_STREAM_DRAW);
@@ -259,7 +270,11 @@ void Canvas::draw(const Seen& seen, const Viewport& at) {
     glUniform4fv(place("source"), static_cast<GLsizei>(sources_.size()), sources_[0].data());
   }
   glBindVertexArray(array_);
+  // Bodies are closed. Their far side would show through along contours, dark and in single pixels.
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_BACK);
   glDrawArrays(GL_TRIANGLES, 0, corners_);
+  glDisable(GL_CULL_FACE);
 }
 
 void Canvas::bind(const Viewport& at) const {

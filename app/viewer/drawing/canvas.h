@@ -42,6 +42,9 @@ class Canvas {
  public:
   /// With a context current. Throws InputError where it refuses the shaders.
   explicit Canvas(const std::vector<float>& geometry);
+  ~Canvas();
+  Canvas(const Canvas&) = delete;
+  Canvas& operator=(const Canvas&) = delete;
 
   /// Of as many corners as before, elsewhere.
   void set_geometry(const std::vector<float>& geometry);
@@ -54,6 +57,7 @@ class Canvas {
 
   /// Empties a picture of this size.
   void begin(int width, int height);
+  /// Into what is bound: its own picture, or another canvas'.
   void draw(const Seen& seen, const Viewport& at);
   /// Draws go to this part of the picture again, after another target.
   void bind(const Viewport& at) const;

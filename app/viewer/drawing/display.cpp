@@ -33,8 +33,8 @@ void Display::take_sky(const std::vector<render::Light>& lights) {
   sky_ = sky;
 }
 
-void Display::draw(const ViewState& state, const render::PictureView& view, bool lit, int width,
-                   int height, const Viewport& at) {
+void Display::draw(const ViewState& state, const render::PictureView& view, bool lit,
+                   const Viewport& at) {
   const double distance = (state.camera.position_mm - state.centre).norm();
   const double radius = world_.diameter();
   Seen seen;
@@ -44,13 +44,11 @@ void Display::draw(const ViewState& state, const render::PictureView& view, bool
   seen.near_mm = std::max(0.01 * distance, distance - radius);
   seen.far_mm = distance + radius;
   seen.traced = lit && state.traced && traced_ == view;
-  canvas_.begin(width, height);
   if (fur_ != nullptr && lit && !seen.traced) {
     fur_canvas_->draw(canvas_, seen, at, *fur_);
   } else {
     canvas_.draw(seen, at);
   }
-  canvas_.end();
 }
 
 }  // namespace kappamu::app

@@ -24,9 +24,11 @@ class Display {
   /// The traced picture is of another state.
   void drop_traced() { traced_.reset(); }
 
-  /// Draws the view into a picture of this size, at `at`. Without light the shape alone is shaded.
-  void draw(const ViewState& state, const render::PictureView& view, bool lit, int width,
-            int height, const Viewport& at);
+  /// Empties a picture of this size, which others may draw into too.
+  void begin(int width, int height) { canvas_.begin(width, height); }
+  /// Draws the view at `at`. Without light the shape alone is shaded.
+  void draw(const ViewState& state, const render::PictureView& view, bool lit, const Viewport& at);
+  void end() { canvas_.end(); }
   /// Fur over the objects from now on. Keeps references.
   void show_fur(FurCanvas& canvas, const FurModel& model) {
     fur_canvas_ = &canvas;

@@ -52,8 +52,10 @@ layout(location = 8) in vec3 arriving2;
 layout(location = 9) in vec3 arriving3;
 uniform mat4 clip_from_world;
 centroid out vec3 at, facing, out_flow, in_flow, once, arriving[4];
+out vec3 place;
 flat out int which;
 void main() {
+  place = position;
   at = position; facing = normal; out_flow = outflow; in_flow = entering; once = albedo;
   arriving[0] = arriving0; arriving[1] = arriving1;
   arriving[2] = arriving2; arriving[3] = arriving3;
@@ -64,6 +66,7 @@ void main() {
 
 inline constexpr const char* surface_fragment = R"(
 centroid in vec3 at, facing, out_flow, in_flow, once, arriving[4];
+in vec3 place;  // at the pixel's centre: its derivatives are those of the triangle's plane
 flat in int which;
 uniform vec3 eye;
 uniform bool lit;
@@ -87,7 +90,7 @@ void main() {
   vec3 normal = normalize(facing), view = normalize(eye - at);
   // As the picture's rays do: where the smooth normal turns away, the triangle's is used.
   if (dot(normal, view) < 0.02) {
-    normal = normalize(cross(dFdx(at), dFdy(at)));
+    normal = normalize(cross(dFdx(place), dFdy(place)));
     if (dot(normal, view) < 0.0) normal = -normal;
   }
   float c = clamp(dot(normal, view), 1e-3, 1.0);

@@ -2,6 +2,8 @@
 
 #include <imgui.h>
 
+#include "app/viewer/overlay.h"
+
 namespace kappamu::app {
 
 void FurHand::follow(const std::vector<PointerEvent>& events, const Mouse& mouse,
@@ -21,6 +23,7 @@ void FurHand::follow(const std::vector<PointerEvent>& events, const Mouse& mouse
     model_.stroke(look, *at_, at);
     at_ = at;
   }
+  draw_brush_ring(state, model_.world(), model_.brush.radius_mm, "");
 }
 
 }  // namespace kappamu::app

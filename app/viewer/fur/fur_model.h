@@ -33,6 +33,7 @@ class FurModel {
 
   bool any() const { return !coats_.empty(); }
   std::size_t coats() const { return coats_.size(); }
+  const render::World& world() const { return world_; }
 
   FurBrush brush;
 

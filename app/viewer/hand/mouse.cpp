@@ -104,6 +104,11 @@ void follow_view_key(const KeyEvent& event, const render::Camera& home, ViewStat
     case GLFW_KEY_N:
       state.panel = !state.panel;
       break;
+    case GLFW_KEY_C:
+      if (!state.can_compare || event.control) break;
+      state.asked_to_compare =
+          state.compared == Compared::nothing ? Compared::unedited : Compared::nothing;
+      break;
     case GLFW_KEY_TAB:
       if (!state.lights.empty()) state.lamp = (state.lamp + 1) % state.lights.size();
       break;

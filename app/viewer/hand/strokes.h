@@ -21,8 +21,6 @@ class Strokes {
   void follow(const std::vector<PointerEvent>& events, const Mouse& mouse, const ViewState& state);
 
  private:
-  void show_ring(const ViewState& state) const;
-
   Editing& editing_;
   Shaping& shaping_;
   bool stroking_ = false;  ///< the pressed button leads the brush

@@ -50,7 +50,7 @@ PhotographWindow::PhotographWindow(const std::filesystem::path& run) {
   }
 }
 
-void PhotographWindow::draw(Photograph& photograph) {
+void PhotographWindow::draw(float scale, Photograph& photograph) {
   photograph.number = std::clamp(photograph.number, 0, count() - 1);
   ImGui::SetNextWindowPos({8.0F, ImGui::GetIO().DisplaySize.y - 8.0F}, ImGuiCond_Once,
                           {0.0F, 1.0F});
@@ -61,10 +61,10 @@ void PhotographWindow::draw(Photograph& photograph) {
   const Compared& shown = photographs_[static_cast<std::size_t>(photograph.number)];
   ImGui::Text("%s, %s: E %.2g", shown.pattern.c_str(),
               shown.fitted ? "fitted" : "never seen by the fit", shown.error);
-  const float scale =
-      longest_photograph_px / static_cast<float>(std::max(shown.columns, shown.rows));
-  const float width = scale * static_cast<float>(shown.columns),
-              height = scale * static_cast<float>(shown.rows);
+  const float pixel =
+      scale * longest_photograph_px / static_cast<float>(std::max(shown.columns, shown.rows));
+  const float width = pixel * static_cast<float>(shown.columns),
+              height = pixel * static_cast<float>(shown.rows);
   const auto beside = [&](const char* caption, PanelPicture& picture, const auto& pixels) {
     ImGui::BeginGroup();
     ImGui::TextUnformatted(caption);

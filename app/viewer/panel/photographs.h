@@ -18,7 +18,7 @@ class PhotographWindow {
 
   int count() const { return static_cast<int>(photographs_.size()); }
   /// As SliceWindow::draw(); there is at least one.
-  void draw(Photograph& photograph);
+  void draw(float scale, Photograph& photograph);
 
  private:
   struct Compared {

@@ -14,7 +14,7 @@ class SliceWindow {
   /// `axes` are the volume's in the world, as Painter has them, `camera` the view: the slice
   /// stands upright in it.
   void draw(const io::VolumeSet& set, const Eigen::Matrix3d& axes, const render::Camera& camera,
-            Slice& slice);
+            float scale, Slice& slice);
 
  private:
   PanelPicture picture_;

@@ -27,11 +27,23 @@ class ViewGroup final : public PanelGroup {
     }
     ImGui::Checkbox("lights, axes, scale", &state.marks_shown);
     ImGui::Checkbox("traced at rest", &state.traced);
+    if (state.can_compare) draw_comparison(state);
     if (photographs_) ImGui::Checkbox("photographs", &state.photograph.shown);
     return Asked::nothing;
   }
 
  private:
+  static void draw_comparison(ViewState& state) {
+    constexpr const char* names[] = {"nothing", "unedited", "as it was"};
+    if (!ImGui::BeginCombo("beside", names[static_cast<std::size_t>(state.compared)])) return;
+    for (const auto& [name, with] : {std::pair("nothing", Compared::nothing),
+                                     {"unedited", Compared::unedited},
+                                     {"as it is now", Compared::kept}}) {
+      if (ImGui::Selectable(name)) state.asked_to_compare = with;
+    }
+    ImGui::EndCombo();
+  }
+
   bool photographs_ = false;
 };
 

@@ -48,6 +48,56 @@ std::optional<Command> deform_of(std::istringstream& words, const std::filesyste
   return deform;
 }
 
+std::optional<Command> fur_of(std::istringstream& words) {
+  static const std::map<std::string, double render::Fur::*> numbers{
+      {"length", &render::Fur::length_mm},    {"density", &render::Fur::density},
+      {"width", &render::Fur::width},         {"curl", &render::Fur::curl},
+      {"lean", &render::Fur::lean},           {"shine", &render::Fur::shine},
+      {"variation", &render::Fur::variation}, {"comb_turn", &render::Fur::comb_turn_deg}};
+  static const std::map<std::string, render::Colour render::Fur::*> colours{
+      {"root_colour", &render::Fur::root_colour}, {"tip_colour", &render::Fur::tip_colour}};
+  std::string field;
+  SetFur set;
+  words >> field;
+  if (const auto found = numbers.find(field); found != numbers.end() && words >> set.value) {
+    set.field = found->second;
+    return set;
+  }
+  if (const auto found = colours.find(field); found != colours.end()) {
+    set.colour = found->second;
+    if (words >> set.shade[0] >> set.shade[1] >> set.shade[2]) return set;
+  }
+  return std::nullopt;
+}
+
+std::optional<Command> fur_brush_of(std::istringstream& words) {
+  using Of = FurBrush::Of;
+  static const std::map<std::string, Of> kinds{
+      {"comb", Of::comb}, {"length", Of::length}, {"density", Of::density}, {"colour", Of::colour}};
+  std::string of;
+  FurBrush brush;
+  words >> of >> brush.radius_mm;
+  const auto found = kinds.find(of);
+  if (!words || found == kinds.end() || !(brush.radius_mm > 0.0)) return std::nullopt;
+  brush.of = found->second;
+  if (brush.of == Of::colour) {
+    words >> brush.colour[0] >> brush.colour[1] >> brush.colour[2];
+  } else if (brush.of != Of::comb) {
+    words >> brush.amount;
+  }
+  return words ? std::optional<Command>(brush) : std::nullopt;
+}
+
+std::optional<Command> mouse_of(std::istringstream& words) {
+  const std::array<const char*, 3> buttons{"left", "right", "middle"};
+  std::string button;
+  Mouse mouse;
+  words >> button >> mouse.from.x() >> mouse.from.y() >> mouse.to.x() >> mouse.to.y();
+  const auto found = std::find(buttons.begin(), buttons.end(), button);
+  mouse.button = static_cast<int>(found - buttons.begin());
+  return words && found != buttons.end() ? std::optional<Command>(mouse) : std::nullopt;
+}
+
 /// Recipes are named relative to `folder`, the script's.
 std::optional<Command> command_of(const std::string& name, std::istringstream& words,
                                   const std::filesystem::path& folder) {
@@ -82,6 +132,12 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
     words >> state;
     if (state == "on") return Trace::on;
     if (state == "off") return Trace::off;
+  } else if (name == "compare") {
+    std::string with;
+    words >> with;
+    if (with == "unedited") return Compared::unedited;
+    if (with == "now") return Compared::kept;
+    if (with == "off") return Compared::nothing;
   } else if (name == "screenshot") {
     Screenshot shot;
     if (words >> shot.name && is_plain_name(shot.name)) return shot;
@@ -126,19 +182,17 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
       return drag;
     }
   } else if (name == "fur") {
-    static const std::map<std::string, double render::Fur::*> fields{
-        {"length", &render::Fur::length_mm},    {"density", &render::Fur::density},
-        {"width", &render::Fur::width},         {"curl", &render::Fur::curl},
-        {"lean", &render::Fur::lean},           {"shine", &render::Fur::shine},
-        {"variation", &render::Fur::variation}, {"comb_turn", &render::Fur::comb_turn_deg}};
-    std::string field;
-    SetFur set;
-    words >> field >> set.value;
-    const auto found = fields.find(field);
-    if (words && found != fields.end()) {
-      set.field = found->second;
-      return set;
-    }
+    return fur_of(words);
+  } else if (name == "fur_brush") {
+    return fur_brush_of(words);
+  } else if (name == "mouse") {
+    return mouse_of(words);
+  } else if (name == "tool") {
+    static const std::map<std::string, Tool> tools{
+        {"orbit", Tool::orbit}, {"brush", Tool::brush}, {"shape", Tool::shape}, {"fur", Tool::fur}};
+    std::string held;
+    words >> held;
+    if (const auto found = tools.find(held); found != tools.end()) return found->second;
   } else if (name == "comb") {
     CombFur comb;
     words >> comb.from.x() >> comb.from.y() >> comb.to.x() >> comb.to.y() >> comb.radius_mm;

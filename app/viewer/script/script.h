@@ -8,6 +8,8 @@
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
 //   trace on|off      whether pictures are traced at rest
+//   compare unedited|now|off
+//                      the scene as its file has it, or as it is now, left of the picture
 //   channel all|R|G|B  which channels are shown
 //   brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH
 //                      takes a brush in hand [mm]: multiply, add, set or blend
@@ -18,8 +20,15 @@
 //                      the object's deformations, a list as a scene has it; moving: others follow
 //   drag pull|dent X0 Y0 X1 Y1 RADIUS
 //                      pulls or dents the surface by a drag over the picture [px, mm]
+//   tool orbit|brush|shape|fur
+//                      what the left button does
+//   mouse left|right|middle X0 Y0 X1 Y1
+//                      drags from one point of the window to another [px]
 //   fur length|density|width|curl|lean|shine|variation|comb_turn VALUE
 //                      of all furry objects [mm, degrees]
+//   fur root_colour|tip_colour R G B
+//   fur_brush comb|length|density|colour RADIUS [VALUE, or R G B]
+//                      what dragging over fur does [mm]
 //   comb X0 Y0 X1 Y1 RADIUS
 //                      combs fur from one point of the picture to another [px, mm]
 //   links kept|anew    how answers follow a shape
@@ -37,7 +46,8 @@
 #include <variant>
 #include <vector>
 
-#include "app/viewer/painter.h"
+#include "app/viewer/fur/fur_model.h"
+#include "app/viewer/view_state.h"
 
 namespace kappamu::app::script {
 
@@ -89,8 +99,14 @@ struct Drag {
 };
 enum class Links { kept, anew };
 struct SetFur {
-  double render::Fur::*field = nullptr;
+  double render::Fur::*field = nullptr;  ///< or
+  render::Colour render::Fur::*colour = nullptr;
   double value = 0.0;
+  render::Colour shade = render::Colour::Zero();
+};
+struct Mouse {
+  int button = 0;            ///< as ImGui has it: left, right, middle
+  Eigen::Vector2d from, to;  ///< [px]
 };
 struct CombFur {
   Eigen::Vector2d from, to;  ///< [px]
@@ -98,9 +114,10 @@ struct CombFur {
 };
 struct Quit {};
 
-using Command = std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot,
-                             Brush, Paint, Channel, Preview, Asked, ShowPhotograph, ShowSlice,
-                             Deform, Drag, Links, Trace, SetFur, CombFur, Quit>;
+using Command =
+    std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
+                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Trace,
+                 SetFur, CombFur, Compared, Tool, Mouse, FurBrush, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

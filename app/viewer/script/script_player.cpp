@@ -37,7 +37,6 @@ void ScriptPlayer::obey(const script::Lamp& lamp, Stage& stage) const {
 
 void ScriptPlayer::obey(const script::TurnLight& turn, Stage& stage) const {
   stage.state.turn_light({turn.azimuth_deg, turn.elevation_deg});
-  stage.ask();
 }
 
 void ScriptPlayer::obey(const script::ChooseModel& choice, Stage& stage) const {
@@ -139,7 +138,8 @@ void ScriptPlayer::obey(const script::SetFur& set, Stage& stage) const {
   if (!stage.fur.any()) throw InputError(name_ + ": fur: no object of the scene has fur");
   for (std::size_t i = 0; i < stage.fur.coats(); ++i) {
     render::Fur fur = stage.fur.shown(i).fur;
-    fur.*set.field = set.value;
+    if (set.field != nullptr) fur.*set.field = set.value;
+    if (set.colour != nullptr) fur.*set.colour = set.shade;
     stage.fur.set(i, fur);
   }
 }
@@ -156,8 +156,38 @@ void ScriptPlayer::obey(const script::CombFur& comb, Stage& stage) const {
   }
 }
 
+void ScriptPlayer::obey(const FurBrush& brush, Stage& stage) const {
+  stage.fur.brush = brush;
+}
+
+void ScriptPlayer::obey(Tool tool, Stage& stage) const {
+  stage.state.tool = tool;
+}
+
+void ScriptPlayer::obey(const script::Mouse& mouse, Stage& stage) const {
+  stage.fur.finish();
+  constexpr int steps = 8;
+  const auto frame = [&](double share, bool held, bool pressed) {
+    const Eigen::Vector2d at = mouse.from + share * (mouse.to - mouse.from);
+    stage.point({at, mouse.button, held, pressed});
+  };
+  // A panel under the mouse is known after a frame, and answers to a release in the next.
+  frame(0.0, false, false);
+  frame(0.0, true, true);
+  for (int i = 1; i <= steps; ++i) frame(static_cast<double>(i) / steps, true, false);
+  frame(1.0, false, false);
+  frame(1.0, false, false);
+}
+
 void ScriptPlayer::obey(script::Links links, Stage& stage) const {
   stage.shaping.renewal = links == script::Links::anew;
+}
+
+void ScriptPlayer::obey(Compared with, Stage& stage) const {
+  if (!stage.state.can_compare) {
+    throw InputError(name_ + ": compare: fur has no earlier state; leave this line out");
+  }
+  stage.state.asked_to_compare = with;
 }
 
 void ScriptPlayer::obey(script::Trace trace, Stage& stage) const {

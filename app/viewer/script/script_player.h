@@ -14,16 +14,23 @@
 
 namespace kappamu::app {
 
+/// Where a script has the mouse.
+struct Pointed {
+  Eigen::Vector2d at;  ///< [screen coordinates]
+  int button = 0;      ///< as ImGui has it
+  bool held = false, pressed = false;
+};
+
 /// What a script acts on.
 struct Stage {
   ViewState& state;
   Editing& editing;
   Shaping& shaping;
   FurModel& fur;
-  int photographs = 0;        ///< that can be shown
-  std::function<void()> ask;  ///< lights changed
+  int photographs = 0;  ///< that can be shown
   std::function<void(const std::string&)> choose_model;
   std::function<void(const std::filesystem::path&)> screenshot;  ///< writes the picture
+  std::function<void(const Pointed&)> point;                     ///< draws what follows from it
 };
 
 class ScriptPlayer {
@@ -55,6 +62,10 @@ class ScriptPlayer {
   void obey(const script::Drag& drag, Stage& stage) const;
   void obey(script::Links links, Stage& stage) const;
   void obey(script::Trace trace, Stage& stage) const;
+  void obey(Compared with, Stage& stage) const;
+  void obey(const FurBrush& brush, Stage& stage) const;
+  void obey(Tool tool, Stage& stage) const;
+  void obey(const script::Mouse& mouse, Stage& stage) const;
   void obey(const script::SetFur& set, Stage& stage) const;
   void obey(const script::CombFur& comb, Stage& stage) const;
   void obey(const script::ShowPhotograph& show, Stage& stage) const;

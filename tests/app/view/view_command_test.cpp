@@ -130,7 +130,7 @@ TEST_F(ViewCommand, ShapesAreEdits) {
 
 /// Shipped scenes, coarsely: at rest the window's picture is that of `kappamu render`, but for what
 /// both state of their exitance and for noise. Both draw the same rays.
-class ViewAsRender : public ViewCommand, public testing::WithParamInterface<const char*> {
+class AsRender : public ViewCommand {
  protected:
   /// Of what the graphics card draws while things move: 0.027 to 0.040 were measured.
   static constexpr double drawn_tolerance = 0.06;
@@ -149,6 +149,8 @@ class ViewAsRender : public ViewCommand, public testing::WithParamInterface<cons
     return sum / all;
   }
 };
+
+class ViewAsRender : public AsRender, public testing::WithParamInterface<const char*> {};
 
 TEST_P(ViewAsRender, ShowsTheSamePicture) {
   json scene =
@@ -186,6 +188,53 @@ TEST_P(ViewAsRender, ShowsTheSamePicture) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ViewAsRender,
                          testing::Values("bob-back-lit", "spot-milk", "spot-wax", "bump", "ring"));
+
+/// What the five scenes have little of: a sky with lamps that a glossy surface mirrors, and light
+/// that the tone curve bends.
+TEST_F(AsRender, ShowsTheSameReflectionsAndToneCurve) {
+  const auto write = [&](bool image) {
+    json scene = json::parse(io::read_text(KAPPAMU_SOURCE_DIR "/scenes/spot-milk.json"));
+    scene["objects"][0]["mesh"] = KAPPAMU_SOURCE_DIR "/scenes/meshes/spot.ply";
+    scene["objects"][0]["surface"] = {{"roughness", 0.05}, {"eta", 1.5}};
+    json sky{{"kind", "environment"}, {"radiance", 0.3}, {"visible", false}};
+    if (image) sky["image"] = KAPPAMU_SOURCE_DIR "/scenes/maps/studio.png";
+    scene["lights"][2] = sky;
+    scene["film"] = {{"width", 80}, {"height", 60}, {"samples", 16}, {"exposure", 2.5}};
+    scene["model"] = {{"name", "polygrid"}, {"tolerance", 0.1}};
+    io::write_text_atomically(folder() / "scene.json", scene.dump());
+  };
+  write(true);
+  const ProcessResult viewed =
+      view("panel off\nscreenshot seen.png\ntrace off\nscreenshot moving.png\nquit\n");
+  if (viewed.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << viewed.standard_error;
+  }
+  ASSERT_EQ(viewed.exit_code, 0) << viewed.standard_error;
+  ASSERT_EQ(kappamu("render " + path("scene.json") + " -o " + path("out")).exit_code, 0);
+  const double at_rest = difference("seen.png"), while_moving = difference("moving.png");
+  // As many pixels as that of the object are beyond the curve's straight part.
+  const Image<std::uint16_t> picture = io::read_code_image(folder() / "out/picture.png");
+  int object = 0, bent = 0;
+  for (int y = 0; y < picture.height(); ++y) {
+    for (int x = 0; x < picture.width(); ++x) {
+      int brightest = 0;
+      for (int c = 0; c < 3; ++c) brightest = std::max(brightest, int{picture(x, y, c)});
+      object += brightest > 4 ? 1 : 0;
+      bent += render::srgb_decoded(brightest / 255.0) > 0.6 ? 1 : 0;
+    }
+  }
+  // The image's lamps, against even light of the same scene.
+  write(false);
+  ASSERT_EQ(kappamu("render " + path("scene.json") + " -o " + path("even")).exit_code, 0);
+  std::filesystem::copy_file(folder() / "even/picture.png", folder() / "even.png");
+  const double sky = difference("even.png");
+  std::printf("reflections: at rest %.4f, while things move %.4f; %d of %d pixels bent, sky %.4f\n",
+              at_rest, while_moving, bent, object, sky);
+  EXPECT_GT(bent, object / 20);
+  EXPECT_GT(sky, 0.1);
+  EXPECT_LT(at_rest, 0.02);
+  EXPECT_LT(while_moving, 0.1);
+}
 
 /// Of a run: the photographs of its patterns, beside what the volume predicts.
 TEST_F(ViewCommand, ShowsARunsPhotographs) {

@@ -242,8 +242,39 @@ TEST_F(ViewEdits, KilledLeavesAWholeRecipeAndVolume) {
   expect_repeated_by_the_command_line();
 }
 
-// By the window's own path: a shape that deforms, by a list and by a drag, and one that it does not
-// bear.
+/// Two states in one picture, with one camera and one light: only the right one is edited.
+TEST_F(ViewEdits, ShowsTwoStatesSideBySide) {
+  const ProcessResult result = view(
+      "panel off\ncompare unedited\nscreenshot both.png\nbrush multiply mu 20 3 4\n"
+      "paint 64 32 80 32\nscreenshot painted.png\nlight 30 20\nscreenshot turned.png\n"
+      "compare now\nscreenshot kept.png\nundo\nscreenshot undone.png\ncompare off\n"
+      "screenshot single.png\n");
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  const auto half = [&](const char* name, bool right) {
+    const Image<std::uint16_t> whole = io::read_code_image(folder() / name);
+    std::vector<std::uint16_t> codes;
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 48; ++x) {
+        for (int c = 0; c < 3; ++c) codes.push_back(whole(right ? 48 + x : x, y, c));
+      }
+    }
+    return codes;
+  };
+  const auto left = [&](const char* name) { return half(name, false); };
+  const auto right = [&](const char* name) { return half(name, true); };
+  EXPECT_LE(farthest(left("both.png"), right("both.png")), 1);
+  EXPECT_LE(farthest(left("painted.png"), left("both.png")), 1);
+  EXPECT_GT(farthest(right("painted.png"), right("both.png")), 20);
+  EXPECT_GT(farthest(left("turned.png"), left("painted.png")), 20);
+  EXPECT_GT(farthest(right("turned.png"), left("turned.png")), 20);
+  EXPECT_LE(farthest(left("kept.png"), right("turned.png")), 1);
+  EXPECT_LE(farthest(left("undone.png"), left("kept.png")), 1);
+  EXPECT_LE(farthest(right("undone.png"), left("turned.png")), 1);
+  EXPECT_GT(farthest(picture("single.png"), picture("undone.png")), 20);
+}
 
 }  // namespace
 }  // namespace kappamu::app
