@@ -225,7 +225,7 @@ Image<float> SimulatedRig::sample_radiance(const Image<std::uint8_t>& image, boo
   }
   Image<float> radiance = face_views_.at(station).radiance(exitance(image, face));
   if (face == rig_.sample.lit_face() && options_.surface_reflectance > 0.0) {
-    const Image<float> surface = reflected(image);
+    const Image<float> surface = reflected(image, station);
     for (std::size_t i = 0; i < radiance.size(); ++i) radiance.values()[i] += surface.values()[i];
   }
   return to_full_scales(std::move(radiance));
@@ -242,13 +242,13 @@ std::array<double, 3> SimulatedRig::surface_reflectance(const Vector2d& at_mm) c
   return of;
 }
 
-Image<float> SimulatedRig::reflected(const Image<std::uint8_t>& image) {
+Image<float> SimulatedRig::reflected(const Image<std::uint8_t>& image, const std::string& station) {
   const GridShape& grid = rig_.sample.grid;
   const Image<float> thrown = thrown_image(rig_.projector, as_float(image));
   const Quad face{rig_.world_from_sample, Vector2d::Zero(),
                   grid.voxel_mm * Vector2d(grid.nx, grid.ny),
                   [this](const Vector2d& at, const Vector2d&) { return surface_reflectance(at); }};
-  return render_quads(rays(), rig_.world_from_camera.at(front_station), {face},
+  return render_quads(rays(), rig_.world_from_camera.at(station), {face},
                       {.projector = &rig_.projector, .thrown = &thrown});
 }
 

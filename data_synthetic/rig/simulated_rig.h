@@ -64,7 +64,7 @@ class SimulatedRig final : public capture::RigDevice {
   double room_light() const;  ///< of the present scene, in the dark
   Image<float> to_full_scales(Image<float> radiance) const;
   /// Radiance of the projector's light that the lit face's surface reflects.
-  Image<float> reflected(const Image<std::uint8_t>& image);
+  Image<float> reflected(const Image<std::uint8_t>& image, const std::string& station);
   void solve(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
 
   Rig rig_;
