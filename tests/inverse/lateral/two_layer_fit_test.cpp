@@ -61,7 +61,9 @@ TEST(TwoLayerFit, ExactLightGivesTheLayersWithinWhatItTells) {
                        std::to_string(stated));
         EXPECT_LT(std::abs(off[k]), stated) << pair.name << " " << error << " " << k;
       }
-      if (error < 1e-3) EXPECT_TRUE(fit.determined(1) && fit.determined(3)) << pair.name;
+      if (error < 1e-3) {
+        EXPECT_TRUE(fit.determined(1) && fit.determined(3)) << pair.name;
+      }
     }
   }
 }
