@@ -9,7 +9,7 @@ namespace kappamu::forward {
 
 namespace {
 
-// Cubic between nodes 0.3 apart in logarithms: within 2e-4 of the light (lateral_stack_test.cpp).
+// Cubic between nodes 0.3 apart in logarithms: within 2e-4 of the light (two_layers_test.cpp).
 constexpr double log_step = 0.3;
 // Frequencies that pictures have are multiples of it; on tilted ones light is linear in between.
 constexpr double frequency_step = 0.0025;

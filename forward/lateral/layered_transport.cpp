@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <map>
@@ -51,6 +52,7 @@ std::map<std::pair<int, int>, double> legendre(int order, double c) {
 }
 
 constexpr int nodes = 48;
+constexpr double least_absorption = 1e-8;  // over musp
 
 }  // namespace
 
@@ -147,11 +149,13 @@ Eigen::MatrixXd LayeredTransport::across(const Harmonics& list) const {
 LayeredTransport::Modes LayeredTransport::modes_of(const TransportLayer& layer, double wave) const {
   const double peak = std::pow(anisotropy_, order_ + 1);
   const double scattering = layer.musp / (1.0 - anisotropy_) * (1.0 - peak);
+  // Without absorption the mean has no equation of its own at wave 0.
+  const double absorption = std::max(layer.mua, least_absorption * layer.musp);
   const auto moment = [&](int l) { return (std::pow(anisotropy_, l) - peak) / (1.0 - peak); };
   const auto system = [&](const Harmonics& list, const Eigen::MatrixXd& sideways) {
     Eigen::MatrixXd matrix = wave * sideways;
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-      matrix(i, i) += layer.mua + scattering * (1.0 - moment(list[static_cast<std::size_t>(i)].l));
+      matrix(i, i) += absorption + scattering * (1.0 - moment(list[static_cast<std::size_t>(i)].l));
     }
     return matrix;
   };
@@ -171,7 +175,7 @@ LayeredTransport::Modes LayeredTransport::modes_of(const TransportLayer& layer, 
   const Eigen::MatrixXd stiffness = along_.transpose() * inverse * along_;
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(stiffness.partialPivLu().solve(odd_system));
   Modes modes;
-  modes.extinction = layer.mua + scattering;
+  modes.extinction = absorption + scattering;
   modes.even_by_odd = -inverse * along_;
   modes.shapes = solver.eigenvectors();
   modes.decay = solver.eigenvalues().array().sqrt();
