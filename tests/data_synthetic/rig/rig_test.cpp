@@ -146,7 +146,7 @@ TEST(SimulatedRig, ShowsEachSubjectInItsLight) {
   EXPECT_GT(photograph(Subject::sample, "front", Lighting::room, false, 0.1), black + 50.0);
   EXPECT_GT(photograph(Subject::sample, "back", Lighting::room, false, 0.1), black + 400.0);
   EXPECT_GT(photograph(Subject::sample, "back", Lighting::projector, true, 0.1), black + 400.0);
-  EXPECT_THROW(rig.place({Subject::sample, "side", Lighting::projector, 0, 1}), InputError);
+  EXPECT_THROW(rig.place({Subject::sample, "above", Lighting::projector, 0, 1}), InputError);
   EXPECT_THROW(rig.show(Image<std::uint8_t>(10, 10, 1)), InputError);
 }
 
