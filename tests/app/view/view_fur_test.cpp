@@ -104,6 +104,7 @@ TEST_F(ViewFur, FollowsTheMouse) {
             1.2 * mean("shorn.png", 1, 52, 68) / mean("shorn.png", 0, 52, 68));
   EXPECT_GT(apart("combed.png", "painted.png", 50, 70), 0.5);
   EXPECT_GT(apart("bald.png", "combed.png", 50, 70), 2.0);
+  EXPECT_GT(mean("bald.png", 0, 54, 66), 2.0 * mean("combed.png", 0, 54, 66));  // its skin is lit
   EXPECT_LT(apart("bald.png", "painted.png", 0, 36), 0.1);
 }
 
