@@ -141,11 +141,16 @@ void draw_brush_ring(const ViewState& state, const render::World& world, double 
   const double depth = hit->distance * direction.dot(look.forward());
   const auto radius = static_cast<float>(radius_mm / mm_per_pixel(state, depth));
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  list.AddCircle(mouse, radius, pale, 0, state.scale);
   char length[32];
   std::snprintf(length, sizeof(length), "%.3g mm", radius_mm);
-  list.AddText({mouse.x + radius + 4.0F * state.scale, mouse.y - 7.0F * state.scale}, pale,
-               (length + text).c_str());
+  const std::string words = length + text;
+  const ImVec2 beside{mouse.x + radius + 4.0F * state.scale, mouse.y - 7.0F * state.scale};
+  // On pale and on dark objects.
+  list.AddCircle(mouse, radius + state.scale, IM_COL32(0, 0, 0, 255), 0, state.scale);
+  list.AddCircle(mouse, radius, pale, 0, state.scale);
+  list.AddText({beside.x + state.scale, beside.y + state.scale}, IM_COL32(0, 0, 0, 255),
+               words.c_str());
+  list.AddText(beside, pale, words.c_str());
 }
 
 void draw_status(const ViewState& state, const render::LiveAnswer* answer, double tolerance,
@@ -179,9 +184,8 @@ void draw_status(const ViewState& state, const render::LiveAnswer* answer, doubl
 }
 
 void draw_keys(ViewState& state) {
-  ImGui::SetNextWindowPos(
-      {state.area.x + 0.5F * state.area.width, state.area.y + 0.5F * state.area.height},
-      ImGuiCond_Appearing, {0.5F, 0.5F});
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Appearing, {0.5F, 0.5F});
   ImGui::Begin("keys and mouse", &state.keys_shown, ImGuiWindowFlags_AlwaysAutoResize);
   constexpr const char* list[][2] = {
       {"drag left or middle", "orbit"},

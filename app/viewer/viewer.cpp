@@ -118,7 +118,7 @@ class Viewer {
       if (state_.playing && !answers_.waiting()) turn_on();
       const bool worked = std::exchange(worked_, working());
       if (take_answer() || take_picture() || (comparison_ && comparison_->update()) ||
-          fur_.update() || worked != worked_) {
+          update_fur() || worked != worked_) {
         window_.draw_again();
       }
       if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
@@ -220,6 +220,20 @@ class Viewer {
     return traced.has_value();
   }
 
+  /// With what fur leaves of the skin's light, now.
+  void show_answer() {
+    if (!fur_.any()) return display_.take(*answer_, state_.lights);
+    render::LiveAnswer under_fur = *answer_;
+    fur_.shade(under_fur);
+    display_.take(under_fur, state_.lights);
+  }
+
+  bool update_fur() {
+    const bool changed = fur_.update();
+    if (changed && answer_) show_answer();
+    return changed;
+  }
+
   /// Whether there is another picture to draw.
   bool take_answer() {
     if (times_.first_light_s > 0.0 && times_.settled_s == 0.0 && !answers_.waiting() &&
@@ -239,12 +253,11 @@ class Viewer {
       live_.show(*answer_);
       fur_.moved();
     }
-    fur_.shade(*answer_);
     shaping_.take(*answer_);
     if (options_.script && !answer_->shape_refused.empty()) {
       throw InputError(options_.script->string() + ": " + answer_->shape_refused);
     }
-    display_.take(*answer_, state_.lights);
+    show_answer();
     if (!exposure_given_) {
       state_.exposure = render::usual_exposure(live_.world(), *answer_, state_.camera.position_mm);
       exposure_given_ = true;
@@ -274,7 +287,7 @@ class Viewer {
 
   void draw_frame() {
     const Stopwatch watch;
-    fur_.update();
+    update_fur();
     set_title();
     since_drawn_ = watch;
     int width = options_.width, height = options_.height, across = width, high = height;
@@ -431,6 +444,7 @@ class Viewer {
   void write_screenshot(const std::filesystem::path& file) {
     // Two frames: a panel that has just appeared takes its size in the first.
     fur_.finish();
+    if (fur_.any() && answer_) show_answer();
     draw_frame();
     draw_frame();
     io::write_image(file, display_.picture());

@@ -176,18 +176,35 @@ void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
 }
 
 void FurryObject::shade(IncidentLight& light) const {
-  const double even = tile_->through_of_even_sky();
+  const double of_even_sky = tile_->through_of_even_sky();
+  // What hair lets through falls exponentially with its density.
+  const auto thinned = [&](std::size_t triangle) {
+    double sum = 0.0;
+    for (const int v : object_.mesh.triangles[triangle]) {
+      sum += static_cast<double>(coat_.density[static_cast<std::size_t>(v)]) / 3.0;
+    }
+    return sum;
+  };
+  std::vector<double> even(object_.surface.size());
+  for (std::size_t t = 0; t < even.size(); ++t) even[t] = std::pow(of_even_sky, thinned(t));
   for (std::size_t c = 0; c < 3; ++c) {
     const auto channel = static_cast<Eigen::Index>(c);
-    double beams = 0.0, shaded = 0.0;
+    double beams = 0.0, shaded = 0.0, diffuse_before = 0.0, diffuse_after = 0.0;
     for (forward::Beam& beam : light.channels[c].beams) {
       beams += beam.power;
-      const Vector3d& normal = object_.surface.normal[static_cast<std::size_t>(beam.triangle)];
-      beam.power *= tile_->through_at(-beam.direction.dot(normal));
+      const auto triangle = static_cast<std::size_t>(beam.triangle);
+      const Vector3d& normal = object_.surface.normal[triangle];
+      beam.power *= std::pow(tile_->through_at(-beam.direction.dot(normal)), thinned(triangle));
       shaded += beam.power;
     }
-    for (double& diffuse : light.channels[c].diffuse) diffuse *= even;
-    light.power[channel] = even * (light.power[channel] - beams) + shaded;
+    std::vector<double>& diffuse = light.channels[c].diffuse;
+    for (std::size_t t = 0; t < diffuse.size(); ++t) {
+      diffuse_before += diffuse[t] * object_.surface.area[t];
+      diffuse[t] *= even[t];
+      diffuse_after += diffuse[t] * object_.surface.area[t];
+    }
+    const double share = diffuse_before > 0.0 ? diffuse_after / diffuse_before : of_even_sky;
+    light.power[channel] = share * (light.power[channel] - beams) + shaded;
   }
 }
 

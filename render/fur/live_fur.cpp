@@ -145,9 +145,12 @@ void light_fur(const FurryObject& furry, const FurVolume& volume, FurCorners& co
 }
 
 std::vector<double> skin_shares(const FurryObject& furry) {
-  const double even = furry.tile().through_of_even_sky();
+  const double of_even_sky = furry.tile().through_of_even_sky();
   std::vector<double> shares;
-  for (const FurryObject::Irradiance& here : furry.light()) {
+  for (std::size_t v = 0; v < furry.light().size(); ++v) {
+    const FurryObject::Irradiance& here = furry.light()[v];
+    const auto thinned = static_cast<double>(furry.coat().density[v]);
+    const double even = std::pow(of_even_sky, thinned);
     // Of an even sky of the same mean radiance: π L, with L = c₀ Y₀.
     double all = std::max(0.0, here.coefficients.leftCols(3).row(0).mean()) *
                  std::sqrt(std::numbers::pi) * 0.5;
@@ -156,7 +159,7 @@ std::vector<double> skin_shares(const FurryObject& furry) {
       const double cosine = std::max(0.0, here.direction[lamp].z());
       const double arriving = cosine * here.of_lamp[lamp].mean();
       all += arriving;
-      through += arriving * furry.tile().through_at(cosine);
+      through += arriving * std::pow(furry.tile().through_at(cosine), thinned);
     }
     shares.push_back(all > 0.0 ? through / all : even);
   }

@@ -52,10 +52,10 @@ layout(location = 8) in vec3 arriving2;
 layout(location = 9) in vec3 arriving3;
 uniform mat4 clip_from_world;
 centroid out vec3 at, facing, out_flow, in_flow, once, arriving[4];
-out vec3 place;
+out vec3 place, turned;
 flat out int which;
 void main() {
-  place = position;
+  place = position; turned = normal;
   at = position; facing = normal; out_flow = outflow; in_flow = entering; once = albedo;
   arriving[0] = arriving0; arriving[1] = arriving1;
   arriving[2] = arriving2; arriving[3] = arriving3;
@@ -66,7 +66,7 @@ void main() {
 
 inline constexpr const char* surface_fragment = R"(
 centroid in vec3 at, facing, out_flow, in_flow, once, arriving[4];
-in vec3 place;  // at the pixel's centre: its derivatives are those of the triangle's plane
+in vec3 place, turned;  // at the pixel's centre, as derivatives need them
 flat in int which;
 uniform vec3 eye;
 uniform bool lit;
@@ -93,7 +93,9 @@ void main() {
     normal = normalize(cross(dFdx(place), dFdy(place)));
     if (dot(normal, view) < 0.0) normal = -normal;
   }
-  float c = clamp(dot(normal, view), 1e-3, 1.0);
+  // Along a contour a pixel holds cosines from 0 on: one of them alone would be dark in places.
+  float within = 0.4 * fwidth(dot(normalize(turned), normalize(eye - place)));
+  float c = clamp(max(dot(normal, view), min(within, 0.5)), 1e-3, 1.0);
   if (!lit) { colour = shown(vec3(0.05 + 0.25 * c) / exposure); return; }
   float inside = inside_of(c, eta);
   float through = (1.0 - reflectance_of(c, eta)) / (eta * eta);

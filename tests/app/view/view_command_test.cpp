@@ -236,6 +236,43 @@ TEST_F(AsRender, ShowsTheSameReflectionsAndToneCurve) {
   EXPECT_LT(while_moving, 0.1);
 }
 
+/// Where a body's rim lies before the body itself, rims of drawn pixels are no darker than traced
+/// ones beside them, but for what a pixel's width blurs.
+TEST_F(AsRender, HasNoDarkPixelsAlongContours) {
+  json scene = json::parse(io::read_text(KAPPAMU_SOURCE_DIR "/scenes/bob-back-lit.json"));
+  scene["objects"][0]["mesh"] = KAPPAMU_SOURCE_DIR "/scenes/meshes/bob.ply";
+  scene["film"] = {{"width", 480}, {"height", 360}, {"samples", 16}, {"exposure", 1.5}};
+  scene["model"] = {{"name", "dipole-rotated"}, {"tolerance", 0.1}};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const ProcessResult viewed =
+      view("panel off\nscreenshot seen.png\ntrace off\nscreenshot moving.png\nquit\n",
+           " --model dipole-rotated");
+  if (viewed.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << viewed.standard_error;
+  }
+  ASSERT_EQ(viewed.exit_code, 0) << viewed.standard_error;
+  const Image<std::uint16_t> traced = io::read_code_image(folder() / "seen.png"),
+                             drawn = io::read_code_image(folder() / "moving.png");
+  ASSERT_TRUE(traced.same_shape(drawn));
+  const auto bright = [](const Image<std::uint16_t>& image, int x, int y) {
+    return int{image(x, y, 0)} + int{image(x, y, 1)} + int{image(x, y, 2)};
+  };
+  int darker = 0, most = 0;  // than all traced pixels around, of 765
+  for (int y = 1; y + 1 < drawn.height(); ++y) {
+    for (int x = 1; x + 1 < drawn.width(); ++x) {
+      int least = 765;
+      for (int i = 0; i < 9; ++i)
+        least = std::min(least, bright(traced, x + i % 3 - 1, y + i / 3 - 1));
+      const int by = least - bright(drawn, x, y);
+      darker += by > 30 ? 1 : 0;
+      most = std::max(most, by);
+    }
+  }
+  std::printf("darker than traced by more than 30 of 765: %d pixels, at most %d\n", darker, most);
+  EXPECT_LE(darker, 20);  // 29 where cosines are taken at one place of a pixel
+  EXPECT_LE(most, 60);    // 78 there
+}
+
 /// Of a run: the photographs of its patterns, beside what the volume predicts.
 TEST_F(ViewCommand, ShowsARunsPhotographs) {
   const auto viewed = [&](const std::string& script) {
