@@ -52,6 +52,7 @@ struct TwoLayers {
   std::array<bool, 4> determined{};
   double chi_square = 0.0;
   bool converged = false;
+  double thickness_mm = 0.0;  ///< of the upper one
 };
 
 struct WavelengthMap {

@@ -32,7 +32,8 @@ TwoLayers find_layers(const Medium& medium, const Calibration& calibration,
   const forward::LayeredTransport transport(medium.refractive_index, medium.anisotropy);
   const inverse::TwoLayerFit fit = inverse::fit_two_layers(
       transport, *medium.cover->thickness_mm, frequency, reflectance, covariance, start);
-  TwoLayers found{fit.upper, fit.lower, {}, {}, fit.chi_square, fit.converged};
+  TwoLayers found{
+      fit.upper, fit.lower, {}, {}, fit.chi_square, fit.converged, *medium.cover->thickness_mm};
   for (std::size_t i = 0; i < found.relative_deviation.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     found.relative_deviation[i] = std::sqrt(fit.covariance(k, k));
@@ -41,7 +42,7 @@ TwoLayers find_layers(const Medium& medium, const Calibration& calibration,
   return found;
 }
 
-Layer as_cover(const TwoLayers& found, double thickness_mm, double wavelength_nm) {
+Layer as_cover(const TwoLayers& found, double wavelength_nm) {
   const PhantomRow row{wavelength_nm, found.upper.mua, found.upper.musp,
                        std::array{found.relative_deviation[0], found.relative_deviation[1]}};
   return {{row}, thickness_mm};
@@ -52,9 +53,12 @@ void add_layer_warnings(const std::string& label, const TwoLayers& found,
   if (!found.converged) {
     warnings.push_back(label + ": the fit of both layers did not converge; do not trust it.");
   }
-  warnings.push_back(label +
-                     ": light of layers above 0.1 /mm is not confirmed by photons, which differ by "
-                     "up to 19 % at 0.25 /mm; compare with lower frequencies alone.");
+  if (found.thickness_mm * found.upper.musp < inverse::thin_layer) {
+    warnings.push_back(
+        label +
+        ": the upper layer is thinner than half a transport mean free path; coefficients may be "
+        "wrong by a factor of 1.6 beyond their deviations: state those of the layer.");
+  }
   for (std::size_t i = 0; i < found.determined.size(); ++i) {
     if (found.determined[i]) continue;
     warnings.push_back(label + ": these frequencies do not determine " + layer_coefficients[i] +

@@ -21,9 +21,13 @@ inline Walked walked(double frequency, const forward::LateralLayer& upper,
                      const forward::LateralLayer& lower, double thickness, std::uint64_t photons,
                      std::uint64_t seed = 1) {
   const double width = frequency > 0.0 ? 2.0 / frequency : 4.0;  // [mm]
-  constexpr int columns = 32;
-  const double voxel = width / columns;
-  const int above = std::max(1, static_cast<int>(std::lround(thickness / voxel)));
+  // Voxels are cubes, so many over the thickness that a whole number of them, 32 or more, is as
+  // wide as the block: layers stretched along the depth alone spread light aside differently.
+  constexpr double fewest_columns = 32.0, whole = 1e-9;
+  int above = std::max(1, static_cast<int>(std::ceil(fewest_columns * thickness / width - whole)));
+  while (std::abs(std::remainder(width * above / thickness, 1.0)) > whole) ++above;
+  const double voxel = thickness / above;
+  const int columns = static_cast<int>(std::lround(width / voxel));
   const int depth = above + static_cast<int>(std::ceil(25.0 / (lower.musp * voxel)));
   forward::ForwardProblem problem;
   problem.setup.shape = {columns, 2, depth, voxel};
@@ -31,22 +35,20 @@ inline Walked walked(double frequency, const forward::LateralLayer& upper,
   problem.setup.lit_face = Face::z_minus;
   problem.setup.sides = Sides::mirror;
   problem.medium = {Volume<double>(problem.setup.shape), Volume<double>(problem.setup.shape)};
-  // Voxels are cubes: a layer of another thickness than a whole number of them is scaled, which
-  // leaves its optical depths alone.
-  const double stretched = thickness / (above * voxel);
   for (int z = 0; z < depth; ++z) {
     const forward::LateralLayer& of = z < above ? upper : lower;
-    const double scale = z < above ? stretched : 1.0;
     for (int y = 0; y < 2; ++y) {
       for (int x = 0; x < columns; ++x) {
-        problem.medium.mu(x, y, z) = scale * of.mua;
-        problem.medium.kappa(x, y, z) = 1.0 / (3.0 * scale * (of.mua + of.musp));
+        problem.medium.mu(x, y, z) = of.mua;
+        problem.medium.kappa(x, y, z) = 1.0 / (3.0 * (of.mua + of.musp));
       }
     }
   }
+  // Light is the sinusoid's mean in each voxel, and constant there: its fundamental has the factor
+  // sinc twice, and the voxels' means of what comes back have it a third time.
+  const double half = std::numbers::pi * frequency * voxel;
+  const double sinc = half > 0.0 ? std::sin(half) / half : 1.0;
   const auto wave = [&](int x) {  // mean over the pixel
-    const double half = std::numbers::pi * frequency * voxel;
-    const double sinc = half > 0.0 ? std::sin(half) / half : 1.0;
     return sinc * std::cos(2.0 * std::numbers::pi * frequency * voxel * (x + 0.5));
   };
   for (int y = 0; y < 2; ++y) {
@@ -71,7 +73,8 @@ inline Walked walked(double frequency, const forward::LateralLayer& upper,
     norm += weight * weight;
     variance += weight * weight * error[i] * error[i];
   }
-  const double entered = boundary_constants(layers_index).normal_transmittance;
+  const double entered =
+      boundary_constants(layers_index).normal_transmittance * (frequency > 0.0 ? sinc * sinc : 1.0);
   return {sum / (norm * entered), std::sqrt(variance) / (norm * entered)};
 }
 
