@@ -42,7 +42,7 @@ TwoLayers find_layers(const Medium& medium, const Calibration& calibration,
   return found;
 }
 
-Layer as_cover(const TwoLayers& found, double wavelength_nm) {
+Layer as_cover(const TwoLayers& found, double thickness_mm, double wavelength_nm) {
   const PhantomRow row{wavelength_nm, found.upper.mua, found.upper.musp,
                        std::array{found.relative_deviation[0], found.relative_deviation[1]}};
   return {{row}, thickness_mm};

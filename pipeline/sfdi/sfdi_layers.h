@@ -17,7 +17,7 @@ TwoLayers find_layers(const Medium& medium, const Calibration& calibration,
                       const inverse::LateralCoefficients& start);
 
 /// As a cover of known coefficients.
-Layer as_cover(const TwoLayers& found, double wavelength_nm);
+Layer as_cover(const TwoLayers& found, double thickness_mm, double wavelength_nm);
 
 /// Sentences about coefficients that the light does not determine, and thin upper layers.
 void add_layer_warnings(const std::string& label, const TwoLayers& found,

@@ -300,7 +300,7 @@ TEST(SfdiMap, BothLayersAreFoundFromSeveralFrequencies) {
     std::ofstream(folder / file_name)
         << R"({"format": "kappamu-sfdi", "version": 1, "pixel_mm": 0.3, "smoothing_mm": 0,
                "codes_per_reflectance": 500, "region_px": [20, 20, 56, 56],
-               "errors": {"own": 0.003}, "medium": {"refractive_index": 1.4, "anisotropy": 0.9,
+               "errors": {"common": 0, "own": 0.003}, "medium": {"refractive_index": 1.4, "anisotropy": 0.9,
                "cover": {)"
         << cover << R"(}}, "measurements": [)" << measurements << "]}";
     Progress quiet;
