@@ -56,11 +56,10 @@ void require_session_alone(const std::optional<std::string>& table,
                            const std::optional<capture::Orientation>& orientation,
                            const std::filesystem::path& session) {
   if (!table && !orientation) return;
-  throw InputError((session / "session.json").string() + ": " +
-                   (table ? "--table is" : "--orientation is") +
-                   " of photographs without a session; a session states " +
-                   (table ? "its frames' shots and exposure times itself."
-                          : "it as camera.orientation."));
+  throw InputError(
+      (session / "session.json").string() + ": " + (table ? "--table is" : "--orientation is") +
+      " of photographs without a session; a session states " +
+      (table ? "its frames' shots and exposure times itself." : "it as camera.orientation."));
 }
 
 capture::Board BoardOptions::board() const {

@@ -51,8 +51,9 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
   pipeline::OutputFolder out(options.run, "calibrate", {options.session},
                              {"camera.yml", "projector.yml", "calibration.json"});
   const calib::CalibrationResult result = pipeline::calibrate_photographs(
-      {options.session, photographs.table, options.links, {}, photographs.orientation}, photographs.board.board(),
-      photographs.board.projector_size(), photographs.known_lens(), out.partial(), *progress);
+      {options.session, photographs.table, options.links, {}, photographs.orientation},
+      photographs.board.board(), photographs.board.projector_size(), photographs.known_lens(),
+      out.partial(), *progress);
   out.commit();
   const bool projected = !result.projector.views.empty();
   const auto& deviations = result.camera_uncertainty.deviation_px;
