@@ -482,7 +482,7 @@ TEST_P(ImportOrientation, IsSettledWithoutASessionToo) {
     void warn(const std::string& sentence) override { text += sentence + "\n"; }
     std::string text;
   };
-  PhotographSource source{stack};
+  PhotographSource source{stack, {}};
   for (const bool boards : {false, true}) {
     const auto session_by = [&](std::optional<Orientation> wish) {
       Listener listener;
