@@ -13,8 +13,10 @@
 #include "app/options/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
+#include "core/file_name.h"
 #include "forward/registry.h"
 #include "io/atomic_file.h"
+#include "io/mesh_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/verify.h"
 #include "render/scene/new_scene.h"
@@ -54,10 +56,12 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// A scene file, or the first scene of a run, its measured block between two lamps, which lies in
-/// `folder` as long as it is used.
+/// A scene file, or the first scene of a run, a volume or a mesh, the object between two lamps,
+/// which lies in `folder` as long as it is used.
 render::Scene scene_of(const std::string& path, std::optional<TemporaryFolder>& folder) {
-  if (!std::filesystem::is_directory(path)) return render::read_scene(path);
+  const bool is_object = std::filesystem::is_directory(path) || io::is_mesh_file(path) ||
+                         lower_extension(path) == ".vdb";
+  if (!is_object) return render::read_scene(path);
   folder.emplace();
   const std::filesystem::path file = folder->path() / "scene.json";
   io::write_text_atomically(file, render::new_scene(path, folder->path()));
@@ -160,7 +164,8 @@ void add_view(CLI::App& app, Globals& globals) {
       "view",
       R"(Turn lights round objects in a window, their diffusion solved again each time.
 
-SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.
+SCENE is what `kappamu render` takes; of a RUN or a .vdb file it is the measured block between
+two lamps, of a mesh file (OBJ, PLY, STL, glTF) its shape in marble.
 F1 in the window lists keys and mouse. A coarse picture comes first and sharpens while nothing
 moves, up to the tolerance. The window states model, error and what it computes.
 
@@ -183,7 +188,7 @@ slice NAME x|y|z N, photograph N, save, screenshot NAME, quit. docs/howto/view.m
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()
-      ->type_name("SCENE|RUN");
+      ->type_name("SCENE|RUN|MESH");
   add_model_options(
       *command, arguments->model,
       "Model of light; by itself of those that follow lights (\"live\", `kappamu render "

@@ -4,8 +4,10 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
+#include "io/mesh_file.h"
 #include "render/deform/deform_file.h"
 #include "render/edit/edit.h"
 #include "render/scene/material_read.h"
@@ -314,6 +316,11 @@ void add_files(const Material& material, std::vector<std::filesystem::path>& fil
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file) {
+  if (io::is_mesh_file(file) || lower_extension(file) == ".vdb" || is_directory(file)) {
+    throw InputError(
+        file.string() + ": is no scene; have a first scene of it written, and give that",
+        {{"new_scene"}});
+  }
   return scene_of({file, page, io::JsonComments::allowed}, file);
 }
 

@@ -361,6 +361,21 @@ TEST_F(SceneFile, NewSceneOfARunNamesItsVolume) {
   EXPECT_THROW(new_scene((folder_ / "nothing").string(), folder_), InputError);
 }
 
+TEST_F(SceneFile, NewSceneOfAMeshWearsMarble) {
+  std::filesystem::create_directories(folder_ / "meshes");
+  write("meshes/my cube.obj",
+        "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 0 0 9\nv 9 0 9\nv 9 9 9\nv 0 9 9\n"
+        "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+  const std::string mesh = (folder_ / "meshes" / "my cube.obj").string();
+  write("scene.json", new_scene(mesh, folder_));
+  std::vector<std::string> warnings;
+  const World world(read_scene(folder_ / "scene.json"), warnings);
+  EXPECT_EQ(world.objects()[0].name, "my cube");
+  EXPECT_NEAR(bounding_box(world.objects()[0].mesh).sizes().maxCoeff(), 20.0, 1e-9);
+  EXPECT_THAT(sentence_of([&] { read_scene(mesh); }), HasSubstr("is no scene"));
+  EXPECT_THAT(sentence_of([&] { read_scene(folder_); }), HasSubstr("is no scene"));
+}
+
 std::string refusal_of(const Scene& scene) {
   std::vector<std::string> warnings;
   return sentence_of([&] { const World world(scene, warnings); }, "");
