@@ -204,8 +204,9 @@ slice NAME x|y|z N, photograph N, save, screenshot NAME, quit. docs/howto/view.m
   command->add_option("--script", arguments->script, "Play this file with the window hidden")
       ->check(CLI::ExistingFile)
       ->type_name("FILE");
-  command->add_option("-o,--out", arguments->out, "Folder of the script's screenshots")
-      ->check(CLI::ExistingDirectory)
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "Folder of the script's screenshots; made if missing")
       ->type_name("OUT");
   command
       ->add_option(
