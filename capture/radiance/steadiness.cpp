@@ -23,13 +23,13 @@ constexpr double shifted_px = 0.1;
 // lattice are looked at, and the four beside each, for its gradient.
 constexpr int most_blocks = 100'000;
 
-int lattice_step(int columns, int rows) {
-  return std::max(1, static_cast<int>(std::sqrt(1.0 * columns * rows / most_blocks)));
+int lattice_step(int across, int down) {
+  return std::max(1, static_cast<int>(std::sqrt(1.0 * across * down / most_blocks)));
 }
 
-bool looked_at(int column, int row, int step) {
+bool looked_at(int block_x, int block_y, int step) {
   const auto off = [step](int at) { return std::min(at % step, step - at % step); };
-  return off(column) + off(row) <= 1;
+  return off(block_x) + off(block_y) <= 1;
 }
 
 // The blocks' grid lies `offset` px off the frame's corner.
