@@ -77,8 +77,7 @@ HdrImage demosaic(const HdrImage& packed, const io::BayerLayout& layout) {
       for (int c = 0; c < bayer_colours; ++c) {
         Sources of_rim;
         if (rim) of_rim = sources_of(x, y, width, height, layout, c, index);
-        const Sources& sources =
-            rim ? of_rim : inside[site_of(x, y)][static_cast<std::size_t>(c)];
+        const Sources& sources = rim ? of_rim : inside[site_of(x, y)][static_cast<std::size_t>(c)];
         float radiance = 0.0F;
         float variance = 0.0F;
         std::uint8_t any = pixel_ok;

@@ -26,8 +26,8 @@ using Counts = std::array<std::int32_t, block>;
 /// What the values of one channel have in common; frames by rising exposure time.
 struct Weighing {
   NoiseModel noise;
-  std::vector<float> exposures;  ///< [s]
-  std::int32_t repeats = 0;      ///< of the shortest exposure
+  std::vector<float> exposures;                                  ///< [s]
+  std::int32_t repeats = 0;                                      ///< of the shortest exposure
   float saturation = 0.0F, limit = 0.0F, dark_deviation = 0.0F;  ///< linear signal
 };
 
@@ -91,19 +91,18 @@ KAPPAMU_WIDEST void weigh(const Weighing& of, std::size_t count, Values& values)
     const bool dark = radiance * longest[i] < of.dark_deviation;
     values.radiance[i] = saturated ? bound : radiance;
     values.variance[i] = saturated ? bound * bound : variance;
-    values.flags[i] = (saturated ? pixel_saturated : pixel_ok) |
-                      (dark && !saturated ? pixel_dark : pixel_ok);
+    values.flags[i] =
+        (saturated ? pixel_saturated : pixel_ok) | (dark && !saturated ? pixel_dark : pixel_ok);
   }
 }
 
 template <class Reader>
 Weighing weighing(const Reader& reader, NoiseModel noise, const std::vector<float>& exposures) {
   Weighing of{std::move(noise), exposures};
-  of.repeats = static_cast<std::int32_t>(
-      std::count(exposures.begin(), exposures.end(), exposures.front()));
+  of.repeats =
+      static_cast<std::int32_t>(std::count(exposures.begin(), exposures.end(), exposures.front()));
   of.saturation = reader.saturation();
-  of.limit =
-      of.saturation - saturation_margin_sigmas * std::sqrt(of.noise.variance(of.saturation));
+  of.limit = of.saturation - saturation_margin_sigmas * std::sqrt(of.noise.variance(of.saturation));
   of.dark_deviation = std::sqrt(of.noise.variance(0.0F));
   return of;
 }
@@ -173,10 +172,10 @@ HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiome
   std::vector<Weighing> weighings;
   for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
     readers.emplace_back(radiometry, static_cast<int>(c));
-    weighings.push_back(weighing(
-        readers.back(),
-        NoiseModel(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding),
-        exposures));
+    weighings.push_back(
+        weighing(readers.back(),
+                 NoiseModel(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding),
+                 exposures));
   }
   const auto width = static_cast<std::size_t>(shape.width());
   for_rows(shape.height(), [&](int y) {

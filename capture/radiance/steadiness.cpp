@@ -47,8 +47,8 @@ Blocks block_means(const Exposed<Value>& frame, const FrameReader<Value>& reader
     for (int column = 0; column < blocks.columns; ++column) {
       const int top = row * block_px + offset.y();
       const int left = column * block_px + offset.x();
-      if (!looked_at(column, row, step) || top < 0 || left < 0 ||
-          top + block_px > image.height() || left + block_px > image.width()) {
+      if (!looked_at(column, row, step) || top < 0 || left < 0 || top + block_px > image.height() ||
+          left + block_px > image.width()) {
         continue;
       }
       float sum = 0.0F;

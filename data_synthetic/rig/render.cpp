@@ -118,8 +118,7 @@ class QuadTile {
         rays_(rays),
         tile_(tile) {
     for (std::size_t k = 0; k < 4; ++k) {
-      const std::optional<Hit> hit =
-          meet_plane(quad_from_camera, tile.corner(rays, k), spacing);
+      const std::optional<Hit> hit = meet_plane(quad_from_camera, tile.corner(rays, k), spacing);
       if (!hit) continue;
       ++hits_;
       at_[k] = hit->at;

@@ -240,8 +240,8 @@ CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
     picture.bits = size.bits;
     picture.codes = Image<std::uint16_t>(part ? part->width : size.width,
                                          part ? part->height : size.height, size.channels);
-    const std::size_t row = static_cast<std::size_t>(picture.codes.width()) *
-                            static_cast<std::size_t>(size.channels);
+    const std::size_t row =
+        static_cast<std::size_t>(picture.codes.width()) * static_cast<std::size_t>(size.channels);
     opened.read_rows(part, [&](int y, const std::uint16_t* codes) {
       std::copy_n(codes, row, &picture.codes(0, y));
     });

@@ -73,7 +73,8 @@ class InflatedBytes {
   void take_piece(std::size_t from) {
     const std::span<const std::byte> piece = pieces_[piece_++].subspan(from);
     // ISA-L does not write there.
-    state_->next_in = const_cast<std::uint8_t*>(reinterpret_cast<const std::uint8_t*>(piece.data()));
+    state_->next_in =
+        const_cast<std::uint8_t*>(reinterpret_cast<const std::uint8_t*>(piece.data()));
     state_->avail_in = static_cast<std::uint32_t>(piece.size());
   }
 
@@ -84,7 +85,7 @@ class InflatedBytes {
 };
 
 // A pixel of at most eight bytes at a time: each depends on the one before it.
-typedef std::uint8_t Pixel __attribute__((vector_size(8)));    // NOLINT
+typedef std::uint8_t Pixel __attribute__((vector_size(8)));     // NOLINT
 typedef std::int16_t Widened __attribute__((vector_size(16)));  // NOLINT
 constexpr std::size_t spare = sizeof(Pixel);  ///< bytes behind a row that may be touched
 

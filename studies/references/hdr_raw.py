@@ -156,6 +156,15 @@ def merge_by_hdrutils(folder, out):
 def main(kappamu, out, size):
     width, height = map(int, size.split("x"))
     rows = []
+    print("| program, files | MB | s | processor s | GB | error | darkest decade |\n|" + "---|" * 7)
+
+    def add(name, megabytes, cost, found):
+        wall_s, processor_s, gigabytes = cost
+        error, dark = errors(found, width)
+        rows.append([name, megabytes, wall_s, processor_s, gigabytes, error, dark])
+        print(f"| {name} | {megabytes:.0f} | {wall_s:.1f} | {processor_s:.1f} | {gigabytes:.2f} | {100 * error:.2f} % "
+              f"| {100 * dark:.2f} % |", flush=True)
+
     for kind in ("dng", "tif"):
         folder = out / kind
         if not (folder / f"frame_{len(TIMES_S) - 1}.{kind}").exists():
@@ -164,15 +173,10 @@ def main(kappamu, out, size):
         merged = out / f"{kind}-merged"
         subprocess.run(["rm", "-rf", merged], check=True)
         cost = run([kappamu, "merge", folder, "-o", merged] + (["--linear"] if kind == "tif" else []))
-        found = read_plain_exr(merged / "radiance.exr")
-        rows.append([f"`kappamu merge`, {kind.upper()}", megabytes, *cost, *errors(found, width)])
+        add(f"`kappamu merge`, {kind.upper()}", megabytes, cost, read_plain_exr(merged / "radiance.exr"))
         if kind == "dng":
             cost = run([sys.executable, __file__, "--hdrutils", folder, out / "hdrutils.npy"])
-            rows.append(["HDRutils, DNG", megabytes, *cost, *errors(np.load(out / "hdrutils.npy"), width)])
-    print("| program, files | MB | s | processor s | GB | error | darkest decade |\n|" + "---|" * 7)
-    for name, megabytes, wall_s, processor_s, gigabytes, error, dark in rows:
-        print(f"| {name} | {megabytes:.0f} | {wall_s:.1f} | {processor_s:.1f} | {gigabytes:.2f} | {100 * error:.2f} % "
-              f"| {100 * dark:.2f} % |")
+            add("HDRutils, DNG", megabytes, cost, np.load(out / "hdrutils.npy"))
     (out / "hdr_raw.json").write_text(json.dumps(rows))
 
 

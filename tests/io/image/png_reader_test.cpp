@@ -102,8 +102,8 @@ Image<std::uint16_t> noisy_ramp(const Layout& layout) {
     for (int x = 0; x < layout.width; ++x) {
       for (int c = 0; c < layout.channels; ++c) {
         const auto ramp = static_cast<unsigned>(37 * x + 91 * y + 1000 * c);
-        codes(x, y, c) = static_cast<std::uint16_t>((x % 9 == 0 ? random() : ramp + random() % 30) &
-                                                    top);
+        codes(x, y, c) =
+            static_cast<std::uint16_t>((x % 9 == 0 ? random() : ramp + random() % 30) & top);
       }
     }
   }
@@ -151,8 +151,8 @@ TEST_F(PngReader, DamageBelowTheChecksumsIsRefused) {
   const std::size_t begin = stream.find("IDAT");
   stream.replace(begin + 4, 2, "\x79\x9c");  // no zlib header
   stream.replace(begin - 4, 4 + 4 + 997 + 4, chunk_of("IDAT", stream.substr(begin + 4, 997)));
-  for (const std::string& png : {png_of(layout, rows.substr(0, rows.size() - 1)),
-                                 png_of(layout, filter), stream}) {
+  for (const std::string& png :
+       {png_of(layout, rows.substr(0, rows.size() - 1)), png_of(layout, filter), stream}) {
     ASSERT_TRUE(is_plain(png));
     EXPECT_THAT(sentence_of([&] { read_code_image(written(png)); }),
                 HasSubstr("a.png: damaged PNG image"));
