@@ -1,11 +1,13 @@
 #include "capture/radiance/merge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "capture/response/frame_reader.h"
 #include "capture/response/noise_model.h"
 #include "core/error.h"
+#include "core/numbers/widest.h"
 #include "core/parallel.h"
 #include "core/shown_text.h"
 
@@ -16,76 +18,94 @@ namespace {
 // saturation: a pixel kept only when its noise happens to be low would be biased.
 constexpr float saturation_margin_sigmas = 4.0F;
 
-struct Sum {
-  float radiance = 0.0F;
-  float variance = 0.0F;
-  std::uint8_t flags = pixel_ok;
+/// Pixels of one row that are merged together, so that loops over them fill wide registers.
+constexpr std::size_t block = NoiseModel::most_at_once;
+using Block = std::array<float, block>;
+using Counts = std::array<std::int32_t, block>;
+
+/// What the values of one channel have in common; frames by rising exposure time.
+struct Weighing {
+  NoiseModel noise;
+  std::vector<float> exposures;                                  ///< [s]
+  std::int32_t repeats = 0;                                      ///< of the shortest exposure
+  float saturation = 0.0F, limit = 0.0F, dark_deviation = 0.0F;  ///< linear signal
 };
 
-// Merges one pixel's values; `value(j)` is that of frame j, frames by rising exposure time.
+/// One channel of a block.
+struct Values {
+  std::vector<float> linear;  ///< [frame][pixel] signal above black
+  Counts usable{};            ///< frames before the first saturated one: longer ones are, too
+  Block radiance{}, variance{};
+  Counts flags{};
+};
+
+KAPPAMU_WIDEST void weigh(const Weighing& of, std::size_t count, Values& values) {
+  const auto frames = static_cast<std::int32_t>(of.exposures.size());
+  const float* const linear = values.linear.data();
+  // First every frame weighted by its time, which leans least on the longest one and so decides
+  // fairly which frames are near saturation.
+  Block mean{}, sum{};
+  for (std::int32_t j = 0; j < frames; ++j) {
+    const float t = of.exposures[static_cast<std::size_t>(j)];
+    const float* x = linear + static_cast<std::size_t>(j) * block;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool counts = j < values.usable[i];
+      mean[i] += counts ? x[i] : 0.0F;
+      sum[i] += counts ? t : 0.0F;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) mean[i] /= sum[i];
+  // Then by time squared, best under read noise, where the weights need a good estimate most.
+  Block first{}, squares{}, longest{};
+  Counts kept{};
+  for (std::int32_t j = 0; j < frames; ++j) {
+    const float t = of.exposures[static_cast<std::size_t>(j)];
+    const float* x = linear + static_cast<std::size_t>(j) * block;
+    const float most = j < of.repeats ? HUGE_VALF : of.limit;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool counts = (j < values.usable[i]) & !(mean[i] * t > most);
+      first[i] += counts ? t * x[i] : 0.0F;
+      squares[i] += counts ? t * t : 0.0F;
+      longest[i] = counts ? t : longest[i];
+      kept[i] += counts ? 1 : 0;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) first[i] /= squares[i];
+  Block weighted{}, weights{}, noise{};
+  for (std::int32_t j = 0; j < frames; ++j) {
+    const float t = of.exposures[static_cast<std::size_t>(j)];
+    const float* x = linear + static_cast<std::size_t>(j) * block;
+    of.noise.variances(first.data(), t, count, noise.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const float by_noise = t / noise[i];  // radiance is linear/t, of variance noise/t²
+      const float weight = j < kept[i] ? by_noise : 0.0F;
+      weighted[i] += weight * x[i];
+      weights[i] += weight * t;
+    }
+  }
+  // Of those shortest frames that noise happens to keep below saturation, the mean would be biased.
+  const float bound = of.saturation / of.exposures.front();
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool saturated = values.usable[i] < of.repeats;
+    const float radiance = weighted[i] / weights[i], variance = 1.0F / weights[i];
+    const bool dark = radiance * longest[i] < of.dark_deviation;
+    values.radiance[i] = saturated ? bound : radiance;
+    values.variance[i] = saturated ? bound * bound : variance;
+    values.flags[i] =
+        (saturated ? pixel_saturated : pixel_ok) | (dark && !saturated ? pixel_dark : pixel_ok);
+  }
+}
+
 template <class Reader>
-class PixelMerger {
- public:
-  PixelMerger(Reader reader, const NoiseModel& noise, const std::vector<float>& exposures)
-      : reader_(std::move(reader)), noise_(noise), exposures_(exposures) {
-    while (repeats_ < exposures_.size() && exposures_[repeats_] == exposures_.front()) ++repeats_;
-    limit_ = reader_.saturation() -
-             saturation_margin_sigmas * std::sqrt(noise_.variance(reader_.saturation()));
-    dark_deviation_ = std::sqrt(noise_.variance(0.0F));
-  }
-
-  template <class Value>
-  Sum merge(const Value& value) const {
-    // First every frame weighted by its time, which leans least on the longest one and so decides
-    // fairly which frames are near saturation.
-    float signal = 0.0F;
-    float time = 0.0F;
-    std::size_t usable = 0;
-    for (; usable < exposures_.size() && !reader_.saturated(value(usable)); ++usable) {
-      signal += reader_.linear(value(usable));
-      time += exposures_[usable];
-    }                         // longer ones than the first saturated are saturated too, or moved
-    if (usable < repeats_) {  // of those that noise happens to keep below, the mean would be biased
-      const float bound = reader_.saturation() / exposures_.front();
-      return {bound, bound * bound, pixel_saturated};
-    }
-    while (usable > repeats_ && signal / time * exposures_[usable - 1] > limit_) --usable;
-    // Then by time squared, best under read noise, where the weights need a good estimate most.
-    float moment = 0.0F;
-    float squares = 0.0F;
-    for (std::size_t j = 0; j < usable; ++j) {
-      moment += exposures_[j] * reader_.linear(value(j));
-      squares += exposures_[j] * exposures_[j];
-    }
-    const float first = moment / squares;
-    const float longest = exposures_[usable - 1];
-    Sum sum = by_variance(value, usable, first);
-    if (sum.radiance * longest < dark_deviation_) sum.flags = pixel_dark;
-    return sum;
-  }
-
- private:
-  template <class Value>
-  Sum by_variance(const Value& value, std::size_t usable, float first) const {
-    float weighted = 0.0F;
-    float weights = 0.0F;
-    for (std::size_t j = 0; j < usable; ++j) {
-      const float t = exposures_[j];
-      // Radiance is linear(value)/t, of variance noise/t².
-      const float weight = t / noise_.variance(first * t);
-      weighted += weight * reader_.linear(value(j));
-      weights += weight * t;
-    }
-    return {weighted / weights, 1.0F / weights};
-  }
-
-  Reader reader_;
-  const NoiseModel& noise_;
-  const std::vector<float>& exposures_;
-  std::size_t repeats_ = 0;  // of the shortest exposure
-  float limit_ = 0.0F;
-  float dark_deviation_ = 0.0F;
-};
+Weighing weighing(const Reader& reader, NoiseModel noise, const std::vector<float>& exposures) {
+  Weighing of{std::move(noise), exposures};
+  of.repeats =
+      static_cast<std::int32_t>(std::count(exposures.begin(), exposures.end(), exposures.front()));
+  of.saturation = reader.saturation();
+  of.limit = of.saturation - saturation_margin_sigmas * std::sqrt(of.noise.variance(of.saturation));
+  of.dark_deviation = std::sqrt(of.noise.variance(0.0F));
+  return of;
+}
 
 void check_light(const HdrImage& image, const std::vector<float>& exposures,
                  const std::string& name, bool require_light) {
@@ -103,6 +123,24 @@ void check_light(const HdrImage& image, const std::vector<float>& exposures,
     throw InputError(name + ": every pixel is darker than the noise " + frames +
                      "; add exposures longer than " + shown_number(exposures.back(), "%.4g s") +
                      " or check that the projector was on.");
+  }
+}
+
+/// `count` values of one channel, the first at `begin`, `step` apart, of all frames.
+template <class Value>
+void read_block(const FrameReader<Value>& reader, const std::vector<const Value*>& frames,
+                std::size_t begin, std::size_t step, std::size_t count, Values& values) {
+  values.usable.fill(0);
+  for (std::size_t j = 0; j < frames.size(); ++j) {
+    const Value* from = frames[j] + begin;
+    float* to = &values.linear[j * block];
+    for (std::size_t i = 0; i < count; ++i) {
+      const Value value = from[i * step];
+      to[i] = reader.linear(value);
+      const bool counts =
+          values.usable[i] == static_cast<std::int32_t>(j) && !reader.saturated(value);
+      values.usable[i] += counts ? 1 : 0;
+    }
   }
 }
 
@@ -130,24 +168,30 @@ HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiome
   HdrImage out{Image<float>(shape.width(), shape.height(), channels),
                Image<float>(shape.width(), shape.height(), channels),
                Image<std::uint8_t>(shape.width(), shape.height(), channels)};
-  std::vector<NoiseModel> noises;
-  std::vector<PixelMerger<Reader>> mergers;  // by channel
+  std::vector<Reader> readers;  // by channel
+  std::vector<Weighing> weighings;
   for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
-    noises.emplace_back(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding);
+    readers.emplace_back(radiometry, static_cast<int>(c));
+    weighings.push_back(
+        weighing(readers.back(),
+                 NoiseModel(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding),
+                 exposures));
   }
-  for (int c = 0; c < channels; ++c) {
-    mergers.emplace_back(Reader(radiometry, c), noises[static_cast<std::size_t>(c)], exposures);
-  }
-  const std::size_t row =
-      static_cast<std::size_t>(shape.width()) * static_cast<std::size_t>(channels);
+  const auto width = static_cast<std::size_t>(shape.width());
   for_rows(shape.height(), [&](int y) {
-    const std::size_t begin = static_cast<std::size_t>(y) * row;
-    for (std::size_t c = 0; c < mergers.size(); ++c) {
-      for (std::size_t i = begin + c; i < begin + row; i += mergers.size()) {
-        const Sum sum = mergers[c].merge([&](std::size_t j) { return pixels[j][i]; });
-        out.radiance.values()[i] = sum.radiance;
-        out.variance.values()[i] = sum.variance;
-        out.flags.values()[i] = sum.flags;
+    Values values;
+    values.linear.resize(pixels.size() * block);
+    for (std::size_t x = 0; x < width; x += block) {
+      const std::size_t count = std::min(block, width - x);
+      const std::size_t begin = (static_cast<std::size_t>(y) * width + x) * readers.size();
+      for (std::size_t c = 0; c < readers.size(); ++c) {
+        read_block(readers[c], pixels, begin + c, readers.size(), count, values);
+        weigh(weighings[c], count, values);
+        for (std::size_t i = 0, at = begin + c; i < count; ++i, at += readers.size()) {
+          out.radiance.values()[at] = values.radiance[i];
+          out.variance.values()[at] = values.variance[i];
+          out.flags.values()[at] = static_cast<std::uint8_t>(values.flags[i]);
+        }
       }
     }
   });

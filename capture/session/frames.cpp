@@ -95,9 +95,16 @@ void check_largest(const Session& session, const std::filesystem::path& path, in
   }
 }
 
+/// As a plain loop, which compilers turn into wide registers: std::max_element() keeps a place.
+std::uint16_t largest_of(const std::uint16_t* codes, std::size_t count) {
+  std::uint16_t largest = 0;
+  for (std::size_t i = 0; i < count; ++i) largest = std::max(largest, codes[i]);
+  return largest;
+}
+
 void check_codes(const Session& session, const std::filesystem::path& path,
                  const Image<std::uint16_t>& image) {
-  check_largest(session, path, *std::max_element(image.values().begin(), image.values().end()));
+  check_largest(session, path, largest_of(image.values().data(), image.size()));
 }
 
 /// Whether the frame's rows can be had one by one: those of turned pictures need the whole first.
@@ -285,7 +292,7 @@ void load_rows(const Session& session, const Frame& frame, const TakeRow& take, 
   int largest = 0;
   bool filled = false;
   io::read_code_rows(path, check_size, read, [&](int y, const std::uint16_t* codes) {
-    largest = std::max<int>(largest, *std::max_element(codes, codes + row));
+    largest = std::max<int>(largest, largest_of(codes, row));
     filled = filled || (looks_at_edges && touches_filled_border(camera, channels, y, codes));
     const int in_part = y + read.top - wanted.top;
     if (in_part < 0 || in_part >= wanted.height) return;

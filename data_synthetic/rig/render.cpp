@@ -12,6 +12,22 @@ namespace kappamu::synthetic {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+RayTable::RayTable(const calib::Lens& lens, int per_side)
+    : lens_(lens),
+      per_side_(per_side),
+      tile_(std::clamp(static_cast<int>(std::sqrt(0.0078 * lens.width)), 1, 8)) {
+  const std::size_t columns = corners_in_row();
+  const int rows = (lens.height + tile_ - 1) / tile_ + 1;
+  std::vector<Vector3d> corners(columns * static_cast<std::size_t>(rows));
+  for_rows(rows, [&](int row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      corners[static_cast<std::size_t>(row) * columns + column] = lens.unproject(
+          {static_cast<double>(column) * tile_ - 0.5, static_cast<double>(row) * tile_ - 0.5});
+    }
+  });
+  corners_ = std::make_shared<const std::vector<Vector3d>>(std::move(corners));
+}
+
 double coverage(double position, double low, double high, double width) {
   const double from = std::max(position - 0.5 * width, low);
   const double to = std::min(position + 0.5 * width, high);
@@ -66,8 +82,8 @@ T between(const std::array<T, 4>& corners, double s, double t) {
 struct Tile {
   int x = 0, y = 0, edge = 1;
 
-  Vector2d corner(std::size_t k) const {
-    return {x - 0.5 + (k % 2 == 1 ? edge : 0), y - 0.5 + (k >= 2 ? edge : 0)};
+  const Vector3d& corner(const RayTable& rays, std::size_t k) const {
+    return rays.corner(x / edge + (k % 2 == 1 ? 1 : 0), y / edge + (k >= 2 ? 1 : 0));
   }
   double across(double pixel_x) const { return (pixel_x + 0.5 - x) / edge; }
   double down(double pixel_y) const { return (pixel_y + 0.5 - y) / edge; }
@@ -102,8 +118,7 @@ class QuadTile {
         rays_(rays),
         tile_(tile) {
     for (std::size_t k = 0; k < 4; ++k) {
-      const std::optional<Hit> hit =
-          meet_plane(quad_from_camera, rays.direction(tile.corner(k)), spacing);
+      const std::optional<Hit> hit = meet_plane(quad_from_camera, tile.corner(rays, k), spacing);
       if (!hit) continue;
       ++hits_;
       at_[k] = hit->at;
@@ -156,8 +171,11 @@ class QuadTile {
     return seen;
   }
 
-  /// Whether every ray of the tile sees the same.
-  bool constant() const { return inside_ && even_ && lit_ == Lit::by_room; }
+  /// Whether what is seen is bilinear over the tile: the mean over a pixel's rays is its middle's.
+  bool smooth() const {
+    return inside_ && even_ &&
+           (lit_ == Lit::by_room || (lit_ == Lit::by_projector && shows_one_value()));
+  }
 
  private:
   enum class Lit { by_room, by_projector, in_part };
@@ -185,6 +203,26 @@ class QuadTile {
     const calib::Lens& lens = light_.projector->lens;
     return high.x() < -1.5 || high.y() < -1.5 || low.x() > lens.width + 0.5 ||
            low.y() > lens.height + 0.5;
+  }
+  /// Whether the projector's pixels that light the tile have one value, to its rounding.
+  bool shows_one_value() const {
+    Vector2d low = shown_[0], high = shown_[0];
+    for (const Vector2d& at : shown_) low = low.cwiseMin(at), high = high.cwiseMax(at);
+    const Image<float>& thrown = *light_.thrown;
+    const auto inside = [](double at, int size) {
+      return std::clamp(static_cast<int>(std::floor(at)), 0, size - 1);
+    };
+    const float value = thrown(inside(low.x(), thrown.width()), inside(low.y(), thrown.height()));
+    constexpr float rounding = 1e-6F;
+    bool one = true;
+    for (int y = inside(low.y(), thrown.height()); y <= inside(high.y() + 1.0, thrown.height());
+         ++y) {
+      for (int x = inside(low.x(), thrown.width()); x <= inside(high.x() + 1.0, thrown.width());
+           ++x) {
+        one = one && std::abs(thrown(x, y) - value) < rounding;
+      }
+    }
+    return one;
   }
   double light_at(const Vector2d& at, double s, double t) const {
     if (lit_ == Lit::by_room) return light_.ambient;
@@ -228,11 +266,12 @@ Image<float> render_quads(const RayTable& rays, const Rigid& world_from_camera,
       if (quad.seen()) seen.push_back(quad);
     }
     if (seen.empty()) return;
-    const int looks = seen.front().constant() ? 1 : rays.per_pixel();
+    const bool smooth = seen.front().smooth();
+    const int looks = smooth ? 1 : rays.per_pixel();
     for_pixels(tile, rays, [&](int x, int y) {
       std::array<double, 3> sum{};
       for (int n = 0; n < looks; ++n) {
-        const Vector2d pixel = Vector2d(x, y) + rays.offset(n);
+        const Vector2d pixel = smooth ? Vector2d(x, y) : Vector2d(x, y) + rays.offset(n);
         double open = 1.0;  // part of the ray that no quad so far has stopped
         for (std::size_t q = 0; q < seen.size() && open > 0.0; ++q) {
           const QuadTile::Seen one = seen[q].look(pixel);
@@ -263,8 +302,8 @@ FaceView::FaceView(const RayTable& rays, const Rigid& world_from_camera,
   check(axis_of(face) == 2, "the simulated camera looks at a z face");
 }
 
-FaceView::Place FaceView::place(const Vector2d& pixel) const {
-  const Vector3d ray = sample_from_camera_.rotation * rays_.direction(pixel);
+FaceView::Place FaceView::place(const Vector3d& direction) const {
+  const Vector3d ray = sample_from_camera_.rotation * direction;
   const Vector3d& origin = sample_from_camera_.translation;
   const Vector3d at = origin + (plane_z_ - origin.z()) / ray.z() * ray;
   return {at.x() / voxel_mm_, at.y() / voxel_mm_, -outward_ * ray.z() / ray.norm()};
@@ -272,7 +311,7 @@ FaceView::Place FaceView::place(const Vector2d& pixel) const {
 
 bool FaceView::covers(int x, int y) const {
   for (int n = 0; n < rays_.per_pixel(); ++n) {
-    const Place at = place(Vector2d(x, y) + rays_.offset(n));
+    const Place at = place(rays_.direction(Vector2d(x, y) + rays_.offset(n)));
     if (at.cosine <= 0.0 || at.u < 0.0 || at.v < 0.0 || at.u > shape_.nu || at.v > shape_.nv)
       return false;
   }
@@ -293,7 +332,7 @@ Image<float> FaceView::radiance(const std::vector<std::vector<double>>& exitance
     std::array<double, 4> factors;
     Vector2d low = Vector2d::Constant(HUGE_VAL), high = -low;
     for (std::size_t k = 0; k < 4; ++k) {
-      const Place at = place(tile.corner(k));
+      const Place at = place(tile.corner(rays_, k));
       if (at.cosine <= 0.0) return;  // a plane is seen from behind as a whole
       places[k] = {at.u, at.v};
       factors[k] = radiance_per_exitance(constants_, std::min(at.cosine, 1.0));

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -24,10 +25,7 @@ namespace kappamu::synthetic {
 /// 1) in the camera frame.
 class RayTable {
  public:
-  RayTable(const calib::Lens& lens, int per_side)
-      : lens_(lens),
-        per_side_(per_side),
-        tile_(std::clamp(static_cast<int>(std::sqrt(0.0078 * lens.width)), 1, 8)) {}
+  RayTable(const calib::Lens& lens, int per_side);
 
   int width() const { return lens_.width; }
   int height() const { return lens_.height; }
@@ -38,15 +36,25 @@ class RayTable {
   /// a lens and a perspective bend a few 1e-4 px at most there.
   int tile() const { return tile_; }
   Eigen::Vector3d direction(const Eigen::Vector2d& pixel) const { return lens_.unproject(pixel); }
+  /// Through the corner where the squares of that column and row begin; known without undistorting.
+  const Eigen::Vector3d& corner(int column, int row) const {
+    return (*corners_)[static_cast<std::size_t>(row) * corners_in_row() +
+                       static_cast<std::size_t>(column)];
+  }
   /// Of ray n from its pixel's centre [px].
   Eigen::Vector2d offset(int n) const {
     return {(n % per_side_ + 0.5) / per_side_ - 0.5, (n / per_side_ + 0.5) / per_side_ - 0.5};
   }
 
  private:
+  std::size_t corners_in_row() const {
+    return static_cast<std::size_t>((lens_.width + tile_ - 1) / tile_) + 1;
+  }
+
   calib::Lens lens_;
   int per_side_;
   int tile_;
+  std::shared_ptr<const std::vector<Eigen::Vector3d>> corners_;  ///< copies share them
 };
 
 /// Diffuse reflectances R, G, B of a surface at (x, y) [mm], averaged over the extent of one ray
@@ -95,7 +103,7 @@ class FaceView {
     double u = 0.0, v = 0.0;  ///< in cells
     double cosine = 0.0;      ///< of the ray with the face's outward normal
   };
-  Place place(const Eigen::Vector2d& pixel) const;
+  Place place(const Eigen::Vector3d& direction) const;
 
   RayTable rays_;
   Rigid sample_from_camera_;

@@ -54,6 +54,43 @@ constexpr double whole = 0x1.8p52;  // added, it leaves the nearest whole number
   x = (powers - whole) * ln2 + 2.0 * s * sum;
 }
 
+/// e^x, −700 < x < 700, to 1e-15: a power of two times a series over |x| ≤ ln(2)/2.
+[[gnu::always_inline]] inline void take_exp(Lanes& x) {
+  constexpr double per_ln2 = 1.4426950408889634;
+  constexpr double ln2_high = 0x1.62e42fee00000p-1, ln2_low = 0x1.a39ef35793c76p-33;
+  const Lanes shifted = x * per_ln2 + whole, power = shifted - whole;
+  const Lanes rest = (x - power * ln2_high) - power * ln2_low;
+  Lanes sum = Lanes{} + 1.0;
+  for (int n = 13; n > 0; --n) sum = 1.0 + sum * rest * (1.0 / n);
+  Bits exponent, bits;
+  copy_bits(shifted, exponent);
+  copy_bits(sum, bits);
+  copy_bits(bits + (exponent << 52), x);
+}
+
+/// As poisson(), of means up to poisson_is_normal, from uniform numbers.
+[[gnu::always_inline]] inline void count_rare(const Lanes& mean, const Lanes& uniforms,
+                                              Lanes& count) {
+  Lanes remaining = uniforms, probability = -mean;
+  take_exp(probability);
+  count = Lanes{};
+  constexpr std::size_t between_looks = 4;
+  for (std::size_t n = 1; n <= most_counted;) {
+    Bits going{};
+    for (std::size_t k = 0; k < between_looks; ++k, ++n) {
+      going = remaining > probability;
+      remaining = going ? remaining - probability : Lanes{} - 1.0;
+      count += going ? Lanes{} + 1.0 : Lanes{};
+      probability *= mean * reciprocals[n];
+    }
+    std::array<std::int64_t, lanes> any;
+    std::memcpy(any.data(), &going, sizeof going);
+    std::int64_t all = 0;
+    for (const std::int64_t one : any) all |= one;
+    if (all == 0) return;
+  }
+}
+
 /// cos 2πx and sin 2πx, 0 ≤ x ≤ 1, to 1e-15: series over the nearest eighth of a turn.
 [[gnu::always_inline]] inline void turn(const Lanes& x, Lanes& cosine, Lanes& sine) {
   const Lanes shifted = 4.0 * x + whole;
@@ -94,7 +131,7 @@ struct Exposure {
   signal *= e.exposure_s;
   if (e.noisy) {
     std::array<std::uint64_t, lanes> keys;
-    std::array<double, lanes> first, turns, means, normals;
+    std::array<double, lanes> first, turns, means;
     for (std::size_t i = 0; i < lanes; ++i) {
       keys[i] = mix(e.frame_key ^ (at + i));
       first[i] = uniform(keys[i]);
@@ -119,12 +156,12 @@ struct Exposure {
     Lanes counted = mean + root * normal;
     round_lanes(counted);
     if (*std::min_element(means.begin(), means.end()) <= poisson_is_normal) {
-      std::memcpy(normals.data(), &normal, sizeof normal);
-      std::memcpy(first.data(), &counted, sizeof counted);
-      for (std::size_t i = 0; i < lanes; ++i) {
-        if (means[i] <= poisson_is_normal) first[i] = poisson(means[i], keys[i], normals[i]);
-      }
-      std::memcpy(&counted, first.data(), sizeof counted);
+      for (std::size_t i = 0; i < lanes; ++i) first[i] = uniform(keys[i] ^ of_poisson);
+      const Bits rare = mean <= poisson_is_normal;
+      Lanes drawn, few;
+      std::memcpy(&drawn, first.data(), sizeof drawn);
+      count_rare(rare ? mean : Lanes{}, drawn, few);
+      counted = rare ? few : counted;
     }
     const double per_electron = 1.0 / e.electrons;
     const Lanes noisy = (counted + e.read_noise * (radius * sine)) * per_electron;

@@ -33,10 +33,11 @@ inline constexpr std::array<double, most_counted + 1> reciprocals = [] {
 /// Poisson number of the given mean: by inversion where it is small, the normal limit above 64
 /// (there the third moment errs by less than 13 % of the standard deviation).
 inline constexpr double poisson_is_normal = 64.0;
+inline constexpr std::uint64_t of_poisson = 0x8CB92BA72F3D8DD7ULL;
 inline double poisson(double mean, std::uint64_t key, double standard_normal) {
   if (mean <= 0.0) return 0.0;
   if (mean > poisson_is_normal) return std::round(mean + std::sqrt(mean) * standard_normal);
-  double remaining = uniform(key ^ 0x8CB92BA72F3D8DD7ULL);
+  double remaining = uniform(key ^ of_poisson);
   double probability = std::exp(-mean);
   // The tail beyond 256 has a probability below 1e-60 at the largest mean.
   std::size_t count = 0;

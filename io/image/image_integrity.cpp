@@ -1,6 +1,6 @@
 #include "io/image/image_integrity.h"
 
-#include <zlib.h>
+#include <isa-l/crc.h>
 
 #include <algorithm>
 #include <array>
@@ -41,7 +41,7 @@ Integrity check_png(Bytes bytes) {
     if (length >> 31 != 0) return Integrity::damaged;
     if (at + 12 + length > bytes.size()) return Integrity::truncated;
     const auto* type = reinterpret_cast<const unsigned char*>(bytes.data() + at + 4);
-    if (::crc32(0, type, static_cast<unsigned>(length + 4)) !=
+    if (crc32_gzip_refl(0, type, length + 4) !=
         number(bytes, at + 8 + length, 4, std::endian::big)) {
       return Integrity::damaged;
     }

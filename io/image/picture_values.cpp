@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
+#include "io/image/png_reader.h"
 #include "io/image/tiff_pages.h"
 #include "io/read_file.h"
 
@@ -174,9 +175,15 @@ void check_structure(std::span<const std::byte> bytes, const fs::path& file, Ima
                    to_string(kind) + " image; copy or photograph it again");
 }
 
-/// Calls act(input, kind, bits of a code) with the opened picture of codes.
-template <class Act>
-auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act) {
+/// A picture of codes, checked and opened.
+struct OpenedCodes {
+  ImageSize size;
+  std::function<void(const std::optional<Region>& part, const TakeCodeRow& take)> read_rows;
+};
+
+/// Calls act(opened) with the picture of codes.
+void with_codes(const fs::path& file, const SizeCheck& expected,
+                const std::function<void(const OpenedCodes& opened)>& act) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   if (bytes.empty()) reject(file, "the file is empty");
@@ -188,6 +195,19 @@ auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act)
                      "; give it that format's ending");
   }
   check_structure(bytes, file, kind);
+  if (const auto png = kind == ImageKind::png ? PlainPng::open(bytes) : std::nullopt) {
+    check_size(file, png->size(), bytes.size(), expected);
+    act({png->size(), [&](const std::optional<Region>& part, const TakeCodeRow& take) {
+           const Region wanted = part.value_or(Region{0, 0, png->size().width, png->size().height});
+           const auto skipped = static_cast<std::size_t>(wanted.left) *
+                                static_cast<std::size_t>(png->size().channels);
+           const bool read = png->read(wanted.bottom(), [&](int y, const std::uint16_t* codes) {
+             if (y >= wanted.top) take(y - wanted.top, codes + skipped);
+           });
+           if (!read) reject_undecoded(file, kind);
+         }});
+    return;
+  }
   if (const auto size = jpeg_size(bytes)) {
     check_size(file, *size, bytes.size(), expected);
     if (size->bits > 8) {
@@ -199,27 +219,39 @@ auto with_codes(const fs::path& file, const SizeCheck& expected, const Act& act)
   OiioInput input(file, bytes);
   if (!input.opened()) reject_undecoded(file, kind);
   if (kind == ImageKind::tiff) select_page(input, file, bytes);
-  check_colours(input.spec(), file);
-  check_channels(input.spec(), file);
-  const int bits = bits_of(input.spec(), file);
-  check_extent(input.spec(), file, bytes.size(), bits, expected);
-  return act(input, kind, bits);
+  const OIIO::ImageSpec& spec = input.spec();
+  check_colours(spec, file);
+  check_channels(spec, file);
+  const int bits = bits_of(spec, file);
+  check_extent(spec, file, bytes.size(), bits, expected);
+  act({{spec.width, spec.height, colours(spec), bits},
+       [&](const std::optional<Region>& part, const TakeCodeRow& take) {
+         read_rows<std::uint16_t>(input, file, kind, part, take);
+       }});
 }
 
 }  // namespace
 
 CodePicture read_codes(const fs::path& file, const SizeCheck& expected,
                        const std::optional<Region>& part) {
-  return with_codes(file, expected, [&](OiioInput& input, ImageKind kind, int bits) {
-    return CodePicture{read_values<std::uint16_t>(input, file, kind, part), bits};
+  CodePicture picture;
+  with_codes(file, expected, [&](const OpenedCodes& opened) {
+    const ImageSize& size = opened.size;
+    picture.bits = size.bits;
+    picture.codes = Image<std::uint16_t>(part ? part->width : size.width,
+                                         part ? part->height : size.height, size.channels);
+    const std::size_t row =
+        static_cast<std::size_t>(picture.codes.width()) * static_cast<std::size_t>(size.channels);
+    opened.read_rows(part, [&](int y, const std::uint16_t* codes) {
+      std::copy_n(codes, row, &picture.codes(0, y));
+    });
   });
+  return picture;
 }
 
 void read_code_rows(const fs::path& file, const SizeCheck& expected,
                     const std::optional<Region>& part, const TakeCodeRow& take) {
-  with_codes(file, expected, [&](OiioInput& input, ImageKind kind, int) {
-    read_rows<std::uint16_t>(input, file, kind, part, take);
-  });
+  with_codes(file, expected, [&](const OpenedCodes& opened) { opened.read_rows(part, take); });
 }
 
 bool is_float_tiff(std::span<const std::byte> bytes) {

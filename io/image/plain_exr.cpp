@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <numeric>
 #include <ostream>
@@ -96,18 +97,25 @@ std::string header_text(const ExrHeader& header) {
 void pack(const ExrHeader& header, const std::vector<std::size_t>& order, const float* values,
           char* to) {
   const std::size_t channels = order.size();
+  const auto width = static_cast<std::size_t>(header.data.width);
   for (const std::size_t c : order) {
-    const bool narrow = is_half(header, header.channels[c]);
     const float* from = values + c;
-    for (int x = 0; x < header.data.width; ++x, from += channels) {
-      if (narrow) {
-        const std::uint16_t bits = half(*from).bits();
-        std::memcpy(to, &bits, sizeof bits);
-        to += sizeof bits;
-      } else {
-        std::memcpy(to, from, sizeof *from);
-        to += sizeof *from;
+    if (!is_half(header, header.channels[c])) {
+      for (std::size_t x = 0; x < width; ++x)
+        std::memcpy(to + sizeof(float) * x, from + channels * x, sizeof(float));
+      to += sizeof(float) * width;
+      continue;
+    }
+    // Neighbours are mostly equal, as flags are.
+    std::uint32_t last = 0;
+    std::uint16_t bits = 0;
+    for (std::size_t x = 0; x < width; ++x, to += sizeof bits) {
+      const float value = from[channels * x];
+      if (std::bit_cast<std::uint32_t>(value) != last) {
+        last = std::bit_cast<std::uint32_t>(value);
+        bits = half(value).bits();
       }
+      std::memcpy(to, &bits, sizeof bits);
     }
   }
 }
@@ -197,19 +205,19 @@ void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillEx
     put(table, text.size() + 8 * static_cast<std::uint64_t>(header.data.height) + y * (8 + row));
   constexpr int block = 16;
   const std::size_t values = static_cast<std::size_t>(header.data.width) * order.size();
-  std::vector<float> rows(values * block);
+  std::vector<float> values_of_row(values);  // one: it stays in the cache until it is packed
   std::vector<char> packed((8 + row) * block);
   write_stream_atomically(file, [&](std::ostream& out) {
     out << text << table;
     for (int y = 0; y < header.data.height; y += block) {
       const int count = std::min(block, header.data.height - y);
-      fill(y, count, rows.data());
       for (int k = 0; k < count; ++k) {
         char* to = &packed[static_cast<std::size_t>(k) * (8 + row)];
         const std::array<std::int32_t, 2> place{header.data.top + y + k,
                                                 static_cast<std::int32_t>(row)};
         std::memcpy(to, place.data(), sizeof place);
-        pack(header, order, &rows[static_cast<std::size_t>(k) * values], to + sizeof place);
+        fill(y + k, 1, values_of_row.data());
+        pack(header, order, values_of_row.data(), to + sizeof place);
       }
       out.write(packed.data(), static_cast<std::streamsize>((8 + row) * count));
     }
