@@ -38,6 +38,30 @@ void add_table(CLI::App& command, std::optional<std::string>& table) {
       ->type_name("CSV");
 }
 
+void add_orientation(CLI::App& command, std::optional<capture::Orientation>& orientation) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : capture::orientation_names) names.emplace_back(name);
+  command
+      .add_option_function<std::string>(
+          "--orientation",
+          [&orientation](const std::string& name) {
+            orientation = value_of(capture::orientation_names, name);
+          },
+          "What is done with the photographs' EXIF orientation; without it they are ignored, with "
+          "a warning where they agree on a turn")
+      ->check(CLI::IsMember(names));
+}
+
+void require_session_alone(const std::optional<std::string>& table,
+                           const std::optional<capture::Orientation>& orientation,
+                           const std::filesystem::path& session) {
+  if (!table && !orientation) return;
+  throw InputError(
+      (session / "session.json").string() + ": " + (table ? "--table is" : "--orientation is") +
+      " of photographs without a session; a session states " +
+      (table ? "its frames' shots and exposure times itself." : "it as camera.orientation."));
+}
+
 capture::Board BoardOptions::board() const {
   const std::array<int, 2> size = extent(corners, "--board");
   if (!(square_mm > 0.0)) {

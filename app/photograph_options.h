@@ -16,6 +16,14 @@ bool is_session(const std::filesystem::path& folder);
 /// Adds --table.
 void add_table(CLI::App& command, std::optional<std::string>& table);
 
+/// Adds --orientation.
+void add_orientation(CLI::App& command, std::optional<capture::Orientation>& orientation);
+
+/// Throws where a session is given with what is of photographs without one.
+void require_session_alone(const std::optional<std::string>& table,
+                           const std::optional<capture::Orientation>& orientation,
+                           const std::filesystem::path& session);
+
 struct BoardOptions {
   std::string corners;  ///< "9x6"; empty: not given
   double square_mm = 0.0;

@@ -18,6 +18,7 @@ namespace {
 
 struct PhotographCommand {
   std::optional<std::string> table;
+  std::optional<capture::Orientation> orientation;
   std::optional<std::string> held, start;  ///< files of known lenses
 
   std::optional<calib::KnownLens> known_lens() const {
@@ -50,8 +51,9 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
   pipeline::OutputFolder out(options.run, "calibrate", {options.session},
                              {"camera.yml", "projector.yml", "calibration.json"});
   const calib::CalibrationResult result = pipeline::calibrate_photographs(
-      {options.session, photographs.table, options.links}, photographs.board.board(),
-      photographs.board.projector_size(), photographs.known_lens(), out.partial(), *progress);
+      {options.session, photographs.table, options.links, {}, photographs.orientation},
+      photographs.board.board(), photographs.board.projector_size(), photographs.known_lens(),
+      out.partial(), *progress);
   out.commit();
   const bool projected = !result.projector.views.empty();
   const auto& deviations = result.camera_uncertainty.deviation_px;
@@ -91,6 +93,7 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
         "--lens and --lens-start are of photographs without a session (--board); a session's known "
         "lens is calibration.lens of its session.json (docs/formats.md).");
   }
+  require_session_alone(photographs.table, photographs.orientation, options.session);
   const auto progress = make_progress();
   pipeline::Pipeline stages(options.session, options.run,
                             {.replace_other_run = options.force, .links = options.links});
@@ -151,12 +154,14 @@ is that of its first corner along the camera's x, y, z at the pattern station.
 With --board, SESSION is a folder of photographs of that board and nothing else is needed:
 into RUN go camera.yml and calibration.json. With --projector, photographs named
 plane_<n>_board and plane_<n>_gray_<k> (or listed so in --table) give projector.yml, too.
+The lens is that of the pictures as they are stored, or as --orientation apply turns them.
 Circle grids may be dark on light or light on dark; of ChArUco boards both layouts are read,
 OpenCV's and the one before its version 4.6. docs/howto/one-stage.md.)");
   const auto options = add_session_options(*command);
   auto photographs = std::make_shared<PhotographCommand>();
   add_board_options(*command, photographs->board);
   add_table(*command, photographs->table);
+  add_orientation(*command, photographs->orientation);
   auto* held = command
                    ->add_option("--lens", photographs->held,
                                 "The camera's lens, known and held as it is: camera_matrix and "

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "app/photograph_options.h"
 #include "app/session_command.h"
 #include "capture/import/import.h"
 #include "pipeline/output_folder.h"
@@ -12,7 +13,8 @@ namespace kappamu::app {
 namespace {
 
 struct ImportArguments {
-  std::string photographs, plan, out, table, orientation;
+  std::string photographs, plan, out, table;
+  std::optional<capture::Orientation> orientation;
   capture::Links links = capture::Links::within;
 };
 
@@ -26,7 +28,7 @@ void run_import(const ImportArguments& arguments, const Globals& globals) {
   capture::ImportOptions options{
       arguments.photographs, arguments.plan, arguments.out, {}, arguments.links};
   if (!arguments.table.empty()) options.table = arguments.table;
-  options.orientation = value_of(capture::orientation_names, arguments.orientation);
+  options.orientation = arguments.orientation;
   const capture::Session session = capture::import_session(options, *progress);
   const std::string file = (session.folder / "session.json").string();
   std::size_t frames = 0;
@@ -87,13 +89,7 @@ whose brightness does not fit its exposure time.)");
           "Session folder; photographs are copied into it unless they lie there already",
           "SESSION");
   command->add_option("--table", arguments->table, "CSV: file, shot, exposure_s")->type_name("CSV");
-  std::vector<std::string> names;
-  for (const auto& [name, value] : capture::orientation_names) names.emplace_back(name);
-  command
-      ->add_option("--orientation", arguments->orientation,
-                   "What is done with the photographs' EXIF orientation; without it they are "
-                   "ignored, with a warning where they agree on a turn")
-      ->check(CLI::IsMember(names));
+  add_orientation(*command, arguments->orientation);
   add_follow_links(*command, arguments->links);
   command->footer("Example: kappamu import photographs --plan plan -o session");
   command->callback([arguments, &globals] { run_import(*arguments, globals); });

@@ -14,13 +14,22 @@
 
 namespace kappamu::capture {
 
-/// Where photographs are found.
+/// What is done with the photographs' EXIF orientation.
+enum class Orientation {
+  ignore,  ///< frames are taken as stored
+  apply    ///< all frames are turned by it; all must have the same
+};
+inline constexpr Names<Orientation, 2> orientation_names{
+    {{"ignore", Orientation::ignore}, {"apply", Orientation::apply}}};
+
+/// Where photographs are found, and how they are held.
 struct PhotographSource {
   std::filesystem::path folder;                ///< searched with its subfolders
   std::optional<std::filesystem::path> table;  ///< CSV: file, shot and, optionally, exposure_s
   Links links = Links::within;
   /// Folder of the plan, if any: images of its folder `patterns` are no photographs.
   std::filesystem::path plan{};
+  std::optional<Orientation> orientation{};  ///< none: ignore, with a warning where it matters
 };
 
 struct Photograph {
@@ -44,14 +53,6 @@ void require_exposure_times(const std::vector<Photograph>& photographs);
 /// Size, depth and encoding as a photograph has them; what it cannot say stays as it is. Gives the
 /// number of its channels, 1 or 3.
 int read_camera(const std::filesystem::path& photograph, Camera& camera);
-
-/// What is done with the photographs' EXIF orientation.
-enum class Orientation {
-  ignore,  ///< frames are taken as stored
-  apply    ///< all frames are turned by it; all must have the same
-};
-inline constexpr Names<Orientation, 2> orientation_names{
-    {{"ignore", Orientation::ignore}, {"apply", Orientation::apply}}};
 
 /// Sets camera.orientation, and width and height as the upright picture has them, of a camera that
 /// read_camera() has read. Without a wish orientations are ignored with a warning where there are

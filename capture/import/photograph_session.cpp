@@ -109,6 +109,7 @@ Session bracket_session(const PhotographSource& source, Encoding encoding, Progr
                      "; save all photographs in one format.");
   }
   describe_camera(lit.back().path, session);
+  settle_orientation(photographs, source.orientation, session.camera, progress);
   session.patterns.push_back(std::move(bracket));
   return session;
 }
@@ -169,6 +170,7 @@ Session board_session(const PhotographSource& source, const Board& board,
     }
   }
   describe_camera(photographs.front().path, session);
+  settle_orientation(photographs, source.orientation, session.camera, progress);
   return session;
 }
 

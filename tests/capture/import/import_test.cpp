@@ -1,5 +1,6 @@
 // A folder of photographs becomes a session: what fits is taken, what does not is refused by name.
 #include "capture/import/import.h"
+#include "capture/import/photograph_session.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -465,6 +466,42 @@ TEST_P(ImportOrientation, IsAppliedToAllFramesWhereTheyAgree) {
         std::pair(stored.calibration.dark[0], upright.calibration.dark[0])}) {
     EXPECT_EQ(load_frame(upright, after).values(),
               io::turned(load_frame(stored, before), tag).values());
+  }
+}
+
+// A bracket and boards without a session: as import.
+TEST_P(ImportOrientation, IsSettledWithoutASessionToo) {
+  const int tag = GetParam();
+  const fs::path stack = folder.path() / "stack";
+  fs::create_directories(stack);
+  for (const char* name : {"fit_00_0.png", "fit_00_1.png"}) {
+    fs::copy_file(path(name), stack / name);
+    write_exif(stack / name, {name[7] == '0' ? "1/30" : "1/5", "56/10", 100, tag});
+  }
+  struct Listener : Progress {
+    void warn(const std::string& sentence) override { text += sentence + "\n"; }
+    std::string text;
+  };
+  PhotographSource source{stack, {}};
+  for (const bool boards : {false, true}) {
+    const auto session_by = [&](std::optional<Orientation> wish) {
+      Listener listener;
+      source.orientation = wish;
+      Session found = boards ? board_session(source, session.calibration.board, {}, listener)
+                             : bracket_session(source, Encoding::linear, listener);
+      return std::pair(std::move(found), listener.text);
+    };
+    EXPECT_THAT(session_by({}).second, HasSubstr("set the orientation to apply"));
+    const auto [stored, silence] = session_by(Orientation::ignore);
+    const auto [upright, still] = session_by(Orientation::apply);
+    EXPECT_THAT(silence + still, testing::Not(HasSubstr("orientation")));
+    EXPECT_FALSE(stored.camera.orientation);
+    EXPECT_EQ(upright.camera.orientation, tag);
+    const auto frame = [&](const Session& one) {
+      return boards ? one.calibration.camera_boards[0] : one.patterns[0].frames[0];
+    };
+    EXPECT_EQ(load_frame(upright, frame(upright)).values(),
+              io::turned(load_frame(stored, frame(stored)), tag).values());
   }
 }
 
