@@ -125,6 +125,7 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
                                  {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
                                  {"event_ms", times.event_ms},
+                                 {"event_processor_ms", times.event_processor_ms},
                                  {"memory_bytes", peak_memory()},
                                  {"first_picture_s", times.first_picture_s},
                                  {"first_light_s", times.first_light_s},

@@ -29,7 +29,9 @@ class ViewTimes {
   }
   /// What follows may ask something.
   void begin_event() {
-    if (!asked_) event_ = {};
+    if (asked_) return;
+    event_ = {};
+    processor_at_event_ = processor_seconds();
   }
   void asked() { asked_ = true; }
   /// `answered`: the frame shows what was asked last.
@@ -38,6 +40,7 @@ class ViewTimes {
     frame_ms_.push_back(milliseconds);
     if (!asked_ || !answered) return;
     event_ms_.push_back(event_.milliseconds());
+    event_processor_ms_.push_back(1e3 * (processor_seconds() - processor_at_event_));
     asked_ = false;
   }
   double last_frame_ms() const { return frame_ms_.empty() ? 0.0 : frame_ms_.back(); }
@@ -51,6 +54,7 @@ class ViewTimes {
     times.model_ms = median(model_ms_);
     times.frame_ms = median(frame_ms_);
     times.event_ms = median(event_ms_);
+    times.event_processor_ms = median(event_processor_ms_);
     for (const auto& [mode, milliseconds] : shape_ms_) times.shape_ms[mode] = median(milliseconds);
     return times;
   }
@@ -58,8 +62,9 @@ class ViewTimes {
  private:
   Stopwatch started_;
   ViewerTimes times_;
-  std::vector<double> light_ms_, model_ms_, frame_ms_, event_ms_;
+  std::vector<double> light_ms_, model_ms_, frame_ms_, event_ms_, event_processor_ms_;
   Stopwatch event_;
+  double processor_at_event_ = 0.0;
   bool asked_ = false;                                   ///< by the event, and not shown yet
   std::map<std::string, std::vector<double>> shape_ms_;  ///< answers to shapes that moved, by mode
 };

@@ -42,14 +42,14 @@ double LivePolygrid::beam_spacing_mm(const Surface& surface) {
   return std::sqrt(std::accumulate(surface.area.begin(), surface.area.end(), 0.0) / most_places);
 }
 
-LivePolygrid::LivePolygrid(const LiveBody& object, int cells, const ObjectOptions& options,
+LivePolygrid::LivePolygrid(const LiveBody& object, int first_cells, const ObjectOptions& options,
                            Progress& progress)
     : object_(object), device_(options.device), shape_(object.mesh) {
   const auto made = [&](int of) { return polygrid_of(object, of, progress); };
-  if (cells <= most_made) {
-    add(first_polygrid(cells, made));
+  if (first_cells <= most_made) {
+    add(first_polygrid(first_cells, made));
   } else {
-    int coarse = cells, splits = 0;
+    int coarse = first_cells, splits = 0;
     for (; coarse > most_made; ++splits) coarse /= 8;
     Polygrid grid = first_polygrid(coarse, made);
     for (; splits > 0; --splits) grid = polygrid::split(grid, object.mesh);

@@ -17,10 +17,11 @@ class LivePolygrid final : public LiveModel {
   /// Of some 12,000 beams on all of the surface: their distance bounds the light's time and error.
   static double beam_spacing_mm(const Surface& surface);
 
-  /// The first level has some `cells`, each other one eight times those of the one before, as many
-  /// as [W]'s largest object, the memory and `options.max_elements` allow. Throws InputError as
-  /// make_polygrid() does.
-  LivePolygrid(const LiveBody& object, int cells, const ObjectOptions& options, Progress& progress);
+  /// The first level has some `first_cells`, each other one eight times those of the one before, as
+  /// many as [W]'s largest object, the memory and `options.max_elements` allow. Throws InputError
+  /// as make_polygrid() does.
+  LivePolygrid(const LiveBody& object, int first_cells, const ObjectOptions& options,
+               Progress& progress);
 
   int levels() const override { return levels_; }
   double beam_spacing_mm() const override { return beam_spacing_mm(object_.surface); }

@@ -48,7 +48,7 @@ ordered_json json_of(const std::vector<FurStroke>& strokes) {
   for (const FurStroke& stroke : strokes) {
     ordered_json points = ordered_json::array();
     for (const Eigen::Vector3d& at : stroke.points_mm) points.push_back({at.x(), at.y(), at.z()});
-    ordered_json json{{"brush", name_of(fur_brushes, stroke.of)},
+    ordered_json json{{"brush", kappamu::name_of(fur_brushes, stroke.of)},
                       {"points_mm", std::move(points)},
                       {"radius_mm", stroke.radius_mm}};
     if (stroke.of == FurStroke::Of::colour) json["colour"] = json_of(stroke.colour);

@@ -113,7 +113,7 @@ TEST_F(ViewFur, FollowsTheMouse) {
 TEST_F(ViewFur, KeepsWhatIsBrushedAndSet) {
   const std::string edits = " --edits " + path("edited");
   const ProcessResult result = view(
-      "panel off\nscreenshot plain.png\ntool fur\nfur_brush colour 6 0.1 1 0.1\n"
+      "panel off\nlight 0 80\nscreenshot plain.png\ntool fur\nfur_brush colour 6 0.1 1 0.1\n"
       "mouse left 60 20 60 44\nfur_brush comb 6\nmouse left 40 32 60 32\nfur length 2.5\n"
       "screenshot edited.png\nundo\nundo\nundo\nscreenshot undone.png\nredo\nredo\nredo\n"
       "screenshot redone.png\nsave\n",
@@ -152,7 +152,8 @@ TEST_F(ViewFur, KeepsWhatIsBrushedAndSet) {
   EXPECT_NE(rendered("scene.json", "p3"), saved);
 
   // The next window goes on from there.
-  const ProcessResult next = view("panel off\nscreenshot next.png\nundo\nsave\n", edits);
+  const ProcessResult next =
+      view("panel off\nlight 0 80\nscreenshot next.png\nundo\nsave\n", edits);
   ASSERT_EQ(next.exit_code, 0) << next.standard_error;
   EXPECT_LT(apart("next.png", "edited.png"), 0.05);
   EXPECT_EQ(json::parse(io::read_text(folder() / "edited/recipe.json"))["edits"].size(), 2U);
