@@ -53,7 +53,7 @@ def turning(frames=FRAMES):
 
 
 def polygrid(cells):
-    return ["--model", "polygrid", "--first-cells", str(cells)]
+    return ["--model", "polygrid", "--parameter", f"first_cells={cells}"]
 
 
 def varied(folder, voxel_mm):
@@ -110,7 +110,7 @@ def stroke(kappamu, meshes, folder):
     scene, voxel = measured_object(folder, meshes / "spot.obj", cells)
     radius = voxel * (10_000 / (2 * math.pi)) ** (1 / 3)
     lines = [f"brush multiply mu 4 {radius} {2 * radius}"]
-    lines += [f"paint {270 + 12 * (k % 5)} {240 + 12 * (k // 5)}" for k in range(FRAMES)]
+    lines += [f"paint {300 + 10 * (k % 5)} {190 + 10 * (k // 5)}" for k in range(FRAMES)]
     seen = view(kappamu, folder, scene, lines, polygrid(cells))
     print("| cells | brush [mm] | light [ms] | diffusion, with its equations [ms] | from the stroke to its picture [ms] | processor [ms] |")
     print("|---|---|---|---|---|---|")
