@@ -14,6 +14,7 @@
 #include "app/viewer/viewer.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/process_memory.h"
 #include "forward/registry.h"
 #include "io/atomic_file.h"
 #include "io/mesh_file.h"
@@ -127,6 +128,9 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
                                  {"model_ms", times.model_ms},
                                  {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
+                                 {"event_ms", times.event_ms},
+                                 {"event_processor_ms", times.event_processor_ms},
+                                 {"memory_bytes", peak_memory()},
                                  {"first_picture_s", times.first_picture_s},
                                  {"first_light_s", times.first_light_s},
                                  {"settled_s", times.settled_s},
@@ -143,8 +147,11 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
               times.last.elements, 100.0 * times.last.error().value_or(0.0));
   std::printf("since the start      first picture %.1f s, first light %.1f s, settled %.1f s\n",
               times.first_picture_s, times.first_light_s, times.settled_s);
-  std::printf("medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms\n",
-              times.light_ms, times.model_ms, times.frame_ms);
+  std::printf(
+      "medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms, from a change to "
+      "its "
+      "picture %.0f ms\n",
+      times.light_ms, times.model_ms, times.frame_ms, times.event_ms);
   for (const std::string& screenshot : times.screenshots) {
     std::printf("screenshot           %s\n", screenshot.c_str());
   }
