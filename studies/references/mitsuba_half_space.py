@@ -2,7 +2,7 @@
 """Pictures of half-spaces under sinusoidal light by Mitsuba 3's random walk, for `kappamu map`.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy
-    nice venv/bin/python studies/references/mitsuba_half_space.py FOLDER [--passes 60]
+    nice venv/bin/python studies/references/mitsuba_half_space.py FOLDER [--passes 50]
     kappamu map FOLDER/pictures -o FOLDER/maps && venv/bin/python studies/references/mitsuba_half_space.py FOLDER --compare
 
 A perspective camera looks straight down on a block of 200 x 200 x 60 mm with smooth dielectric faces; walks are long
@@ -39,7 +39,7 @@ def scene(scattering, absorption):
     radiance = float(1 / np.pi / (np.sin(CONE) ** 2 - np.sin(STOP) ** 2))  # irradiance 1 on the surface
     down = t().rotate([1, 0, 0], 180)
     return mi.load_dict({
-        "type": "scene", "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 200},
+        "type": "scene", "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 1000000},
         "block": {"type": "cube", "to_world": t().translate([0, 0, -30]).scale([100, 100, 30]),
                   "bsdf": {"type": "dielectric", "int_ior": ETA, "ext_ior": 1.0},
                   "interior": {"type": "homogeneous", "sigma_t": extinction, "albedo": 1 - absorption / extinction,
@@ -128,7 +128,7 @@ def compare(folder):
 def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument("folder", type=pathlib.Path)
-    arguments.add_argument("--passes", type=int, default=60, help="of 25 walks a pixel")
+    arguments.add_argument("--passes", type=int, default=50, help="of 25 walks a pixel")
     arguments.add_argument("--compare", action="store_true")
     options = arguments.parse_args()
     if options.compare:
