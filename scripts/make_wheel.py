@@ -7,10 +7,17 @@ pyproject.toml, as for `pip install .`.
 import base64
 import hashlib
 import pathlib
+import re
 import sys
 import sysconfig
 import tomllib
 import zipfile
+
+
+def numpy_wanted(header=pathlib.Path("/usr/include/pybind11/detail/common.h")):
+    """Before 2.12 pybind11 read the arrays of NumPy 2 by the layout of NumPy 1, as Debian 12's does: pip must not take that."""
+    version = [int(re.search(rf"PYBIND11_VERSION_{part} (\d+)", header.read_text())[1]) for part in ("MAJOR", "MINOR")]
+    return "numpy" if version >= [2, 12] else "numpy<2"
 
 
 def main(content, out):
@@ -21,7 +28,7 @@ def main(content, out):
     name = f"{project['name']}-{project['version']}"
     metadata = [f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}",
                 f"Summary: {project['description']}\nRequires-Python: {project['requires-python']}"]
-    metadata += [f"Requires-Dist: {package}" for package in project["dependencies"]]
+    metadata += [f"Requires-Dist: {numpy_wanted() if package == 'numpy' else package}" for package in project["dependencies"]]
     for extra, packages in project["optional-dependencies"].items():
         metadata += [f"Provides-Extra: {extra}"] + [f"Requires-Dist: {p}; extra == '{extra}'" for p in packages]
     files = {str(path.relative_to(content)): path.read_bytes() for path in sorted(content.rglob("*"))

@@ -1,19 +1,28 @@
 """Arrays with their names, units and axes: xarray's DataArray where xarray is installed, else a NumPy array."""
-import numpy as np
+import functools
+import sys
 
-try:
-    import xarray
-except ImportError:
-    xarray = None
+from .lazy import np, xarray
 
 
-class Labelled(np.ndarray):
-    """A NumPy array with `dims` (names of its axes) and `attrs` (a dict with `units` and `long_name`)."""
+@functools.cache
+def _labelled_type():
+    class Labelled(np.ndarray):
+        """A NumPy array with `dims` (names of its axes) and `attrs` (a dict with `units` and `long_name`)."""
 
-    def __array_finalize__(self, parent):
-        self.attrs = dict(getattr(parent, "attrs", {}))
-        dims = getattr(parent, "dims", ())
-        self.dims = dims if len(dims) == self.ndim else ()  # of a part, the axes are not known
+        def __array_finalize__(self, parent):
+            self.attrs = dict(getattr(parent, "attrs", {}))
+            dims = getattr(parent, "dims", ())
+            self.dims = dims if len(dims) == self.ndim else ()  # of a part, the axes are not known
+
+    Labelled.__qualname__ = "Labelled"  # where pickle finds it
+    return Labelled
+
+
+def __getattr__(name):
+    if name == "Labelled":
+        return _labelled_type()
+    raise AttributeError(f"module {__name__} has no attribute {name}")
 
 
 def labelled(array, dims, units, long_name, coords=None):
@@ -27,9 +36,9 @@ def labelled(array, dims, units, long_name, coords=None):
         coords: coordinates by axis, for xarray alone.
     """
     attrs = {"units": units, "long_name": long_name}
-    if xarray is not None:
-        return xarray.DataArray(array, dims=dims, coords=coords, attrs=attrs, name=long_name)
-    view = array.view(Labelled)
+    if xarray() is not None:
+        return xarray().DataArray(array, dims=dims, coords=coords, attrs=attrs, name=long_name)
+    view = array.view(_labelled_type())
     view.dims, view.attrs = tuple(dims), attrs
     return view
 
@@ -60,4 +69,5 @@ def face_map(array, face, voxel_mm, units, long_name, leading=("pattern",)):
 
 def plain(array):
     """The NumPy array of what labelled() made, and of anything else as NumPy takes it."""
-    return getattr(array, "values", array) if xarray is not None and isinstance(array, xarray.DataArray) else array
+    module = sys.modules.get("xarray")  # not imported: nobody has made one
+    return array.values if module is not None and isinstance(array, module.DataArray) else array

@@ -8,11 +8,10 @@ import pathlib
 import re
 import tempfile
 
-import numpy as np
-
 from . import _core, commands
 from .arrays import face_map, volume
 from .errors import InputError
+from .lazy import np
 from .measurements import Measurements, write_measurements
 from .progress import listener
 from .volumes import QUANTITIES

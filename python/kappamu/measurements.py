@@ -4,10 +4,9 @@ from __future__ import annotations
 import dataclasses
 import os
 
-import numpy as np
-
 from . import _core
 from .arrays import plain
+from .lazy import np
 
 
 @dataclasses.dataclass

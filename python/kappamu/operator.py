@@ -5,11 +5,14 @@ A φ = b with A symmetric positive definite: its own adjoint. φ is the fluence 
 """
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+import typing
 
 from . import _core
 from .arrays import plain
+from .lazy import np
+
+if typing.TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class Light:

@@ -8,11 +8,10 @@ import os
 import pathlib
 import tempfile
 
-import numpy as np
-
 from . import _core, commands
 from .errors import InputError
 from .fitting import Fit
+from .lazy import np
 from .measurements import read_measurements
 from .volumes import read_image
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-
-import numpy as np
-from numpy.typing import ArrayLike
+import typing
 
 from . import _core
 from .arrays import face_map, plain, volume
 from .errors import InputError
+from .lazy import np
 from .progress import listener
 from .volumes import read_volume
+
+if typing.TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 @dataclasses.dataclass

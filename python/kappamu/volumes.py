@@ -5,11 +5,10 @@ import dataclasses
 import os
 import pathlib
 
-import numpy as np
-
 from . import _core
 from .arrays import plain, volume
 from .errors import InputError
+from .lazy import np
 
 # What a volume file may hold of every channel: unit and meaning.
 QUANTITIES = {
