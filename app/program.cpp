@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <limits>
 #include <new>
 #include <set>
 #include <span>
@@ -20,12 +19,10 @@
 #include "app/options/fit_options.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/process_memory.h"
 #include "core/shown_text.h"
 #include "device/kernel_cache.h"
 #include "io/json_reason.h"
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 namespace kappamu::app {
 
@@ -167,12 +164,7 @@ int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   device::on_notice([](const std::string& sentence) {
     std::fprintf(stderr, "kappamu: %s\n", shown_text(sentence).c_str());
   });
-#ifdef __GLIBC__
-  // Fields of tens of megabytes come and go with every solve: kept, their pages need not be mapped
-  // and cleared anew, which takes a tenth of a large fit.
-  mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-#endif
+  keep_freed_memory();
   CLI::App app;
   app.formatter(std::make_shared<OneLineEach>());
   app.require_subcommand(1);

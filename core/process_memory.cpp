@@ -3,7 +3,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <limits>
+
 #include "core/shown_text.h"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace kappamu {
 
@@ -16,6 +22,23 @@ double peak_memory() {
   getrusage(RUSAGE_SELF, &usage);
   return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
+
+#ifdef __GLIBC__
+void keep_freed_memory() {
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+}
+
+void return_freed_memory() {
+  constexpr int usual_mappings = 65536, usual_threshold = 128 * 1024;  // mallopt(3)
+  mallopt(M_MMAP_MAX, usual_mappings);
+  mallopt(M_TRIM_THRESHOLD, usual_threshold);
+  malloc_trim(0);
+}
+#else
+void keep_freed_memory() {}
+void return_freed_memory() {}
+#endif
 
 std::string gigabytes(double bytes) {
   return shown_number(bytes / 1e9, "%.1f GB");

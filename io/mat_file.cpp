@@ -19,9 +19,15 @@ namespace {
 using MatFile = std::unique_ptr<mat_t, decltype(&Mat_Close)>;
 using Variable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
+/// [row][column], [row][column][page] or, of cameras that write colours apart, [row][column][1]
+/// [page].
+bool is_pictures(const matvar_t& variable) {
+  return variable.rank == 2 || variable.rank == 3 || (variable.rank == 4 && variable.dims[2] == 1);
+}
+
 bool is_number(const matvar_t& variable) {
   return variable.class_type >= MAT_C_DOUBLE && variable.class_type <= MAT_C_UINT64 &&
-         variable.isComplex == 0 && (variable.rank == 2 || variable.rank == 3);
+         variable.isComplex == 0 && is_pictures(variable);
 }
 
 /// The variable's dimensions, its numbers not read yet.
@@ -107,10 +113,13 @@ Opened open_picture(const std::filesystem::path& file, const std::string& variab
   Variable found = find_variable(*mat, variable, name);
   const std::string which = name + ": variable '" + shown_name(found->name) + "' ";
   if (!is_number(*found)) {
-    throw InputError(which + "is no real array of two or three axes; a picture is [row][column]");
+    throw InputError(
+        which +
+        "is no real array of two or three axes; a picture is [row][column], several are "
+        "[row][column][page]");
   }
   const std::size_t rows = found->dims[0], columns = found->dims[1];
-  const std::size_t pages = found->rank == 3 ? found->dims[2] : 1;
+  const std::size_t pages = found->rank == 2 ? 1 : found->dims[found->rank - 1];
   if (rows == 0 || columns == 0 || rows > most_image_values / columns ||
       rows * columns > most_image_values / std::max<std::size_t>(pages, 1)) {
     throw InputError(which + "has " + std::to_string(rows) + " x " + std::to_string(columns) +

@@ -8,11 +8,8 @@
 
 namespace kappamu::pipeline {
 
-namespace {
-
 namespace fs = std::filesystem;
 
-/// Throws unless both describe the same sample, so that one volume answers for both.
 void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& validation,
                          const fs::path& folder) {
   const auto fail = [&](const std::string& field) {
@@ -26,8 +23,6 @@ void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasure
   if (fitted.channels != validation.channels) fail("channels");
 }
 
-}  // namespace
-
 fs::path find_measurements(const fs::path& input) {
   for (const fs::path& folder : {input, input / "measurements"}) {
     if (fs::exists(folder / "measurements.json")) return folder;
@@ -36,6 +31,12 @@ fs::path find_measurements(const fs::path& input) {
                    (fs::is_directory(input) ? ": has no measurements.json, nor measurements/"
                                             : ": no such folder") +
                    "; give a folder of surface measurements or a run that `kappamu merge` filled");
+}
+
+std::optional<fs::path> find_validation(const fs::path& input, const FitStageOptions& options) {
+  if (options.validate) return options.validate;
+  const fs::path beside = input / "measurements_validate";
+  return fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt;
 }
 
 std::vector<fs::path> fit_inputs(const fs::path& input, const FitStageOptions& options) {
@@ -66,12 +67,7 @@ FitInput read_fit_input(const fs::path& input, const FitStageOptions& options) {
   require_as_written(folder);
   if (fs::exists(input / "calibration")) require_as_written(input / "calibration");
   FitInput read{io::read_measurements(folder), std::nullopt};
-  const fs::path beside = input / "measurements_validate";
-  const std::optional<fs::path> validate =
-      options.validate
-          ? options.validate
-          : (fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt);
-  if (validate) {
+  if (const std::optional<fs::path> validate = find_validation(input, options)) {
     require_as_written(*validate);
     read.validation = io::read_measurements(*validate);
     require_same_sample(read.measurements, *read.validation, *validate);

@@ -19,6 +19,16 @@ inline constexpr const char* validated_folder = "validated";
 /// measurements/. Throws InputError when there is none.
 std::filesystem::path find_measurements(const std::filesystem::path& input);
 
+/// The folder of validation measurements that a fit of `input` uses: the option's, or
+/// measurements_validate beside them; none where there is neither.
+std::optional<std::filesystem::path> find_validation(const std::filesystem::path& input,
+                                                     const FitStageOptions& options);
+
+/// Throws InputError unless both describe the same sample, so that one volume answers for both;
+/// `folder` is that of `validation`.
+void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& validation,
+                         const std::filesystem::path& folder);
+
 /// The folders that run_fit_stage() (stages/fit_stage.h) reads.
 std::vector<std::filesystem::path> fit_inputs(const std::filesystem::path& input,
                                               const FitStageOptions& options);

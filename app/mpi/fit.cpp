@@ -1,7 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,27 +12,23 @@
 
 #include "app/mpi/commands.h"
 #include "app/mpi/fit_folder.h"
-#include "app/mpi/npy_parts.h"
+#include "app/mpi/measurement_parts.h"
 #include "app/mpi/path_files.h"
+#include "app/mpi/piece_record.h"
 #include "app/mpi/piece_warnings.h"
 #include "app/options/fit_options.h"
-#include "core/appearance_error.h"
 #include "core/error.h"
-#include "core/numbers/coefficient_bounds.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "forward/distributed/together.h"
 #include "inverse/distributed/distributed_fit.h"
 #include "io/atomic_file.h"
-#include "io/measurements_file.h"
 #include "pipeline/fit_files.h"
 #include "pipeline/output_folder.h"
-#include "pipeline/records/channel_json.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_record.h"
 #include "pipeline/stages/validation_choice.h"
-#include "pipeline/verify.h"
 
 namespace kappamu::app::mpi {
 
@@ -46,23 +41,33 @@ using inverse::distributed::PieceGrid;
 using Json = nlohmann::ordered_json;
 
 /// Of what `kappamu fit` can be asked for.
-constexpr std::array<std::string_view, 14> taken{"convention",
+constexpr std::array<std::string_view, 24> taken{"convention",
                                                  "model_error_relative",
                                                  "model_error_of_maximum",
+                                                 "coarse_model_error_relative",
+                                                 "coarse_model_error_of_maximum",
                                                  "regulariser",
                                                  "edge_slope",
+                                                 "anchor_length",
+                                                 "start_kappa",
+                                                 "start_mu",
                                                  "weight",
+                                                 "first_weight",
+                                                 "last_weight",
+                                                 "weight_factor",
                                                  "target_chi2",
                                                  "stage_tolerance",
                                                  "final_tolerance",
                                                  "stage_steps",
                                                  "max_levels",
                                                  "correct_grid",
+                                                 "metric_probes",
+                                                 "seed",
                                                  "hold_out",
                                                  "channels"};
 
 struct FitArguments {
-  std::string input, out;
+  std::string input, out, validate;
   pipeline::FitStageOptions options = pipeline::usual_options();
 };
 
@@ -97,36 +102,6 @@ pipeline::FitStageOptions done_here(pipeline::FitStageOptions options) {
 
 const MPI_Comm comm = MPI_COMM_WORLD;
 
-/// Of one channel.
-struct Validation {
-  inverse::distributed::PieceScore score;
-  std::vector<AppearanceError> error;  ///< of each pattern, all ranks together
-};
-
-/// Σ over all ranks by pattern, in exitance; the data's weights stand for their noise.
-std::vector<AppearanceError> errors_of(const PieceGrid& data,
-                                       const std::vector<double>& prediction) {
-  const inverse::Problem& problem = data.problem;
-  const std::size_t pixels = problem.seen_shape().cells();
-  std::vector<double> sums(4 * static_cast<std::size_t>(problem.patterns), 0.0);
-  for (std::size_t i = 0; i < prediction.size(); ++i) {
-    if (problem.weight[i] == 0.0) continue;
-    AppearanceError one;
-    one.add(prediction[i], problem.data[i], 1.0 / problem.weight[i]);
-    double* const sum = &sums[4 * (i / pixels)];
-    sum[0] += one.misfit;
-    sum[1] += one.signal;
-    sum[2] += one.noise;
-    sum[3] += 1.0;
-  }
-  data.pieces->sum(sums);
-  std::vector<AppearanceError> errors;
-  for (std::size_t k = 0; k < sums.size(); k += 4) {
-    errors.push_back({sums[k], sums[k + 1], sums[k + 2], static_cast<std::size_t>(sums[k + 3])});
-  }
-  return errors;
-}
-
 class Fit {
  public:
   Fit(const FitArguments& arguments, bool steps);
@@ -134,19 +109,21 @@ class Fit {
   int exit_code() const { return exit_code_; }
 
  private:
-  SurfaceMeasurements read_channel(std::size_t channel) const;
-  void require_usable(const SurfaceMeasurements& piece) const;
+  void read();
+  void open_folder();
+  PieceGrid grid_of(const MeasurementParts& parts, std::size_t channel) const;
   void choose_validation(const PieceGrid& all);
-  PieceFit fit_all(const std::string& name, const PieceGrid& all);
+  void score(const PieceGrid& apart, const PieceFit& found);
+  PieceFit fit_all(const std::string& name, const PieceGrid& all, std::size_t channel);
   void fit(std::size_t channel);
   std::vector<double> with_validation(std::vector<double> prediction) const;
-  Json record(double seconds, const std::vector<double>& memory) const;
+  const SurfaceMeasurements& header() const { return measured_->header(); }
 
   pipeline::FitStageOptions options_;
-  fs::path input_, out_, folder_, partial_;
+  fs::path input_, out_, partial_;
   std::unique_ptr<pipeline::OutputFolder> output_;  ///< of the first rank
-  SurfaceMeasurements header_;                      ///< of the whole, without arrays
-  bool masked_ = false;
+  std::optional<MeasurementParts> measured_;
+  std::optional<MeasurementParts> apart_;  ///< that validate the fit
   std::shared_ptr<const BlockPieces> pieces_;
   std::vector<int> channels_;
   Steps progress_;
@@ -172,99 +149,55 @@ Fit::Fit(const FitArguments& arguments, bool steps)
             return rank == 0;
           }(),
           steps) {
-  std::string found;
+  if (!arguments.validate.empty()) options_.validate = fs::absolute(arguments.validate);
+  read();
+  open_folder();
+}
+
+void Fit::read() {
+  std::string found, validation;
   on_first(comm, [&] {
     found = pipeline::find_measurements(input_).string();
-    pipeline::require_as_written(found);
+    validation = pipeline::find_validation(input_, options_).value_or(fs::path()).string();
   });
-  folder_ = shared(comm, found);
-  together(comm, [&] {
-    header_ = io::read_measurements_header(folder_);
-    if (header_.two_faces()) {
-      throw InputError((folder_ / "measurements.json").string() +
-                       ": seen_faces lists two faces, and kappamu-mpi fits one; use kappamu fit");
-    }
-  });
-  require_usual_voxel(header_.grid.voxel_mm, folder_.string());
-  masked_ = fs::exists(folder_ / "mask.npy");
-  const auto shape = npy_shape(comm, folder_ / "irradiance.npy");
-  if (shape.size() != 3 || shape.front() == 0) {
-    throw InputError((folder_ / "irradiance.npy").string() +
-                     ": must be an array [patterns][v][u] of the lit face");
+  measured_.emplace(shared(comm, found));
+  channels_ = pipeline::channels_of(header(), options_.channels);
+  const auto setup_of = [&](const SurfaceMeasurements& header) {
+    return inverse::make_setup(header, options_.fit.data.convention);
+  };
+  pieces_ =
+      std::make_shared<BlockPieces>(comm, setup_of(header()), options_.fit.path.max_levels - 1);
+  validation = shared(comm, validation);
+  if (validation.empty()) return;
+  apart_.emplace(validation);
+  pipeline::require_same_sample(header(), apart_->header(), validation);
+  const forward::GridSetup apart = setup_of(apart_->header()), &fitted = pieces_->whole();
+  if (apart.lit_face != fitted.lit_face || apart.source != fitted.source ||
+      apart.sides != fitted.sides) {
+    throw InputError(validation +
+                     ": its light differs from that of the measurements to fit (lit_face, light or "
+                     "sides), which kappamu-mpi does not take; use kappamu fit");
   }
-  header_.patterns = static_cast<int>(shape.front());
-  channels_ = pipeline::channels_of(header_, options_.channels);
-  pieces_ = std::make_shared<BlockPieces>(
-      comm, inverse::make_setup(header_, options_.fit.data.convention),
-      options_.fit.path.max_levels - 1);
+}
+
+void Fit::open_folder() {
   on_first(comm, [&] {
-    const std::string key = pipeline::Fingerprint()
-                                .add(pipeline::options_json(options_))
-                                .add(pipeline::measurements_fingerprint(folder_))
-                                .add("kappamu-mpi")
-                                .text();
+    pipeline::Fingerprint key;
+    key.add(pipeline::options_json(options_));
+    key.add(pipeline::measurements_fingerprint(measured_->folder()));
+    if (apart_) key.add(pipeline::measurements_fingerprint(apart_->folder()));
     std::vector<std::string> outputs = pipeline::fit_outputs(out_);
     for (const char* name : {"volume.json", "coarse", pipeline::validated_folder}) {
       outputs.emplace_back(name);
     }
+    std::vector<fs::path> inputs{measured_->folder()};
+    if (apart_) inputs.push_back(apart_->folder());
     output_ = std::make_unique<pipeline::OutputFolder>(
-        out_, "fit", std::vector<fs::path>{folder_}, outputs, pipeline::Former::removed, key,
+        out_, "fit", inputs, outputs, pipeline::Former::removed, key.add("kappamu-mpi").text(),
         options_.restart ? pipeline::Interrupted::removed : pipeline::Interrupted::continued);
   });
   partial_ = shared(comm, output_ ? output_->partial().string() : std::string());
-  files_.emplace(header_, *pieces_, partial_, channels_.size());
-}
-
-/// One channel of the piece, as if that were the block.
-SurfaceMeasurements Fit::read_channel(std::size_t channel) const {
-  const auto read = [&](const char* name, Face face, bool by_channel) {
-    Part part = face_part(header_.grid, face, header_.patterns, pieces_->held());
-    if (by_channel) part = within(std::move(part), channel, header_.channels.size());
-    const std::vector<double> values = read_part(comm, folder_ / name, part);
-    return std::vector<float>(values.begin(), values.end());
-  };
-  SurfaceMeasurements piece = header_;
-  piece.grid = pieces_->piece().shape;
-  piece.channels = {header_.channels[channel]};
-  piece.irradiance = read("irradiance.npy", header_.lit_face, false);
-  piece.value = read("value.npy", header_.seen_face, true);
-  piece.variance = read("variance.npy", header_.seen_face, true);
-  if (masked_) {
-    for (const float use : read("mask.npy", header_.seen_face, true)) {
-      piece.mask.push_back(use != 0.0F ? 1 : 0);
-    }
-  }
-  require_usable(piece);
-  return piece;
-}
-
-/// As validate() of whole measurements, each rank its part.
-void Fit::require_usable(const SurfaceMeasurements& piece) const {
-  float brightest = 0.0F;
-  together(comm, [&] {
-    const auto fail = [&](const std::string& what) {
-      throw InputError(folder_.string() + ": " + what);
-    };
-    for (const float e : piece.irradiance) {
-      if (!std::isfinite(e) || e < 0.0F) fail("irradiance has a negative or non-finite value");
-      brightest = std::max(brightest, e);
-    }
-    for (std::size_t i = 0; i < piece.value.size(); ++i) {
-      if (!piece.mask.empty() && piece.mask[i] == 0) continue;
-      if (!std::isfinite(piece.value[i])) {
-        fail("value has a non-finite entry that mask does not exclude");
-      }
-      if (!std::isfinite(piece.variance[i]) || piece.variance[i] <= 0.0F) {
-        fail("variance must be positive and finite wherever mask allows use");
-      }
-    }
-  });
-  brightest = static_cast<float>(largest(comm, brightest));
-  if (brightest == 0.0F) {
-    throw InputError(folder_.string() +
-                     ": irradiance is zero everywhere; at least one pattern must light the sample");
-  }
-  require_usual_light(brightest, folder_.string());
+  files_.emplace(header(), *pieces_, partial_, channels_.size());
 }
 
 /// By the light of the whole face, as the single machine does.
@@ -273,22 +206,36 @@ void Fit::choose_validation(const PieceGrid& all) {
   const inverse::Problem whole = inverse::distributed::whole_problem(all);
   SurfaceMeasurements light;
   light.grid = whole.setup.shape;
-  light.lit_face = header_.lit_face;
-  light.seen_face = header_.seen_face;
-  light.patterns = header_.patterns;
+  light.lit_face = header().lit_face;
+  light.seen_face = header().seen_face;
+  light.patterns = header().patterns;
   light.irradiance.assign(whole.irradiance.begin(), whole.irradiance.end());
   choice_ = pipeline::choose_validation(options_.hold_out, light,
-                                        pipeline::ValidationMeasurements::absent);
+                                        apart_ ? pipeline::ValidationMeasurements::present
+                                               : pipeline::ValidationMeasurements::absent);
   if (choice_->warning) warnings_.push_back(*choice_->warning);
   const std::vector<int>& out = choice_->patterns;
-  for (int m = 0; m < header_.patterns; ++m) {
+  for (int m = 0; m < header().patterns; ++m) {
     if (std::find(out.begin(), out.end(), m) == out.end()) fitted_.push_back(m);
   }
 }
 
+PieceGrid Fit::grid_of(const MeasurementParts& parts, std::size_t channel) const {
+  const inverse::DataOptions& data = options_.fit.data;
+  return {pieces_, inverse::distributed::piece_problem(*pieces_, parts.channel(*pieces_, channel),
+                                                       data.convention, data.model_error)};
+}
+
+/// How the volume predicts patterns that it has not seen.
+void Fit::score(const PieceGrid& apart, const PieceFit& found) {
+  Validation validation{inverse::distributed::score_pieces(apart, found.own, options_.fit), {}};
+  validation.error = errors_of(apart, validation.score.prediction);
+  validation_.push_back(std::move(validation));
+}
+
 /// fit_validated() of a volume: a fit without the validation patterns, its score, and one more
 /// minimisation of all patterns at the weight found.
-PieceFit Fit::fit_all(const std::string& name, const PieceGrid& all) {
+PieceFit Fit::fit_all(const std::string& name, const PieceGrid& all, std::size_t channel) {
   using namespace inverse::distributed;
   const auto fit_by = [&](const PieceGrid& data, const inverse::FitOptions& how,
                           const std::string& file, const PieceContext& context) {
@@ -297,12 +244,16 @@ PieceFit Fit::fit_all(const std::string& name, const PieceGrid& all) {
                       {[&](const auto& state) { files.save(state); }, [&] { return files.load(); }},
                       progress_, context);
   };
-  if (choice_->patterns.empty()) return fit_by(all, options_.fit, name, {});
+  if (choice_->patterns.empty()) {
+    PieceFit found = fit_by(all, options_.fit, name, {});
+    if (!apart_) return found;
+    score(grid_of(*apart_, channel), found);
+    files_->keep_prediction("prediction_validate.npy", apart_->header(),
+                            validation_.back().score.prediction);
+    return found;
+  }
   PieceFit first = fit_by(select_patterns(all, fitted_), options_.fit, name, {{}, true});
-  const PieceGrid apart = select_patterns(all, choice_->patterns);
-  Validation validation{score_pieces(apart, first.own, options_.fit), {}};
-  validation.error = errors_of(apart, validation.score.prediction);
-  validation_.push_back(std::move(validation));
+  score(select_patterns(all, choice_->patterns), first);
   files_->keep_validated(name, first.own);
   inverse::FitOptions again = options_.fit;
   again.path.weight = first.report.weight;
@@ -323,17 +274,15 @@ std::vector<double> Fit::with_validation(std::vector<double> prediction) const {
 }
 
 void Fit::fit(std::size_t channel) {
-  const std::string name = header_.channels[channel];
-  const PieceGrid all{pieces_, inverse::distributed::piece_problem(*pieces_, read_channel(channel),
-                                                                   options_.fit.data.convention,
-                                                                   options_.fit.data.model_error)};
+  const std::string name = header().channels[channel];
+  const PieceGrid all = grid_of(*measured_, channel);
   const double used = pieces_->sum(static_cast<double>(all.problem.used()));
-  if (used == 0.0) throw InputError(folder_.string() + ": mask leaves nothing to fit");
-  const double count = static_cast<double>(header_.seen_shape().cells()) * header_.patterns;
+  if (used == 0.0) throw InputError(measured_->folder().string() + ": mask leaves nothing to fit");
+  const double count = static_cast<double>(header().seen_shape().cells()) * header().patterns;
   used_ += used / count / static_cast<double>(channels_.size());
   choose_validation(all);
-  PieceFit found = fit_all(name, all);
-  files_->keep_prediction(with_validation(found.prediction));
+  PieceFit found = fit_all(name, all, channel);
+  files_->keep_prediction("prediction.npy", header(), with_validation(found.prediction));
   files_->keep(name, found);
   names_.push_back(name);
   for (const std::string& sentence :
@@ -343,65 +292,14 @@ void Fit::fit(std::size_t channel) {
   reports_.push_back(std::move(found.report));
 }
 
-Json Fit::record(double seconds, const std::vector<double>& memory) const {
-  pipeline::FitEvidence evidence;
-  std::vector<inverse::FitStatus> statuses;
-  Json channels = Json::array();
-  std::vector<std::string> warnings = warnings_;
-  for (std::size_t c = 0; c < names_.size(); ++c) {
-    const inverse::FitReport& report = reports_[c];
-    evidence.channels.push_back(
-        {names_[c], report.status, report.chi2_per_value, 0.0, report.shared});
-    statuses.push_back(report.status);
-    Json channel = pipeline::channel_json(names_[c], report);
-    if (!validation_.empty()) {
-      AppearanceError all;
-      for (const AppearanceError& error : validation_[c].error) all.add(error);
-      channel["validation_E"] = all.E();
-      channel["validation_noise_E"] = all.noise_E();
-      channel["validation_chi2_per_value"] = validation_[c].score.chi2_per_value;
-      channel["validation_values_used"] = all.count;
-      evidence.validation.resize(validation_[c].error.size());
-      for (std::size_t k = 0; k < evidence.validation.size(); ++k) {
-        evidence.validation[k].add(validation_[c].error[k]);
-      }
-    }
-    channels.push_back(std::move(channel));
-    for (const std::string& w : report.warnings) warnings.push_back(names_[c] + ": " + w);
-  }
-  for (const int pattern : choice_->patterns) {
-    evidence.validation_names.push_back(std::to_string(pattern));
-  }
-  evidence.used = used_;
-  evidence.front_lit = header_.lit_face == header_.seen_face;
-  evidence.warnings = warnings.size();
-  pipeline::FitRecord record;
-  record.status = pipeline::overall_status(statuses);
-  record.grid = {header_.grid.nx, header_.grid.ny, header_.grid.nz};
-  record.verdict = pipeline::make_verdict(evidence);
-  Json fit{{"format", "kappamu-fit"}, {"version", 1}};
-  pipeline::add_fit_record(record, fit);
-  fit["voxel_mm"] = header_.grid.voxel_mm;
-  fit["eta"] = header_.eta;
-  fit["device"] = reports_.front().backend;
-  fit["seconds"] = seconds;
-  fit["memory_peak_bytes"] = *std::max_element(memory.begin(), memory.end());
-  fit["memory_peak_bytes_by_rank"] = memory;
-  fit["input"] = input_.string();
-  fit["options"] = Json::parse(pipeline::options_json(options_));
-  fit["validation"] = {{"source", to_string(choice_->source)}, {"patterns", choice_->patterns}};
-  fit["channels"] = channels;
-  fit["warnings"] = warnings;
-  return fit;
-}
-
 Json Fit::run() {
   const Stopwatch watch;
   for (const int channel : channels_) fit(static_cast<std::size_t>(channel));
   const double mine = peak_memory();
   std::vector<double> memory(static_cast<std::size_t>(pieces_->ranks()));
   MPI_Allgather(&mine, 1, MPI_DOUBLE, memory.data(), 1, MPI_DOUBLE, comm);
-  const Json fit = record(watch.seconds(), memory);
+  const Json fit = to_json({header(), *choice_, options_, input_, names_, reports_, validation_,
+                            warnings_, used_, watch.seconds(), memory});
   for (const std::string& name : names_) {
     for (const std::string& file : {name, "all_" + name}) {
       PathFiles(pieces_, partial_, file).remove();
@@ -455,6 +353,11 @@ Killed and started again it goes on at the weight that it had come to.)");
   command->add_option("input", options->input, "Folder of measurements, or run folder")->required();
   command->add_option("-o,--out", options->out, "Folder for the results; made if missing")
       ->required();
+  command
+      ->add_option("--validate", options->validate,
+                   "Measurements of validation patterns to predict and score (default: "
+                   "INPUT/measurements_validate)")
+      ->type_name("FOLDER");
   add_fit_options(*command, fit, taken);
   command
       ->add_option("--solver-tolerance", fit.fit.solver.backend.solve.tolerance,

@@ -42,20 +42,20 @@ void FitFolder::keep_validated(const std::string& channel, const CoefficientPair
   write_volume(folder / ("mu_" + channel + ".npy"), own.log_mu);
 }
 
-void FitFolder::keep_prediction(const std::vector<double>& exitance) const {
-  const double per_value = inverse::exitance_per_value(header_, pieces_.whole());
-  const FaceShape face = face_shape(pieces_.piece().shape, header_.seen_face);
+void FitFolder::keep_prediction(const std::string& file, const SurfaceMeasurements& of,
+                                const std::vector<double>& exitance) const {
+  const double per_value = inverse::exitance_per_value(of, pieces_.whole());
+  const FaceShape face = face_shape(pieces_.piece().shape, of.seen_face);
   std::vector<float> own;
   for (std::size_t i = 0; i < exitance.size(); ++i) {
     const int k = static_cast<int>(i % face.cells());
-    if (!pieces_.owns_pixel(header_.seen_face, k % face.nu, k / face.nu)) continue;
+    if (!pieces_.owns_pixel(of.seen_face, k % face.nu, k / face.nu)) continue;
     own.push_back(static_cast<float>(exitance[i] / per_value));
   }
-  write_part(
-      pieces_.comm(), folder_ / "prediction.npy",
-      within(face_part(header_.grid, header_.seen_face, header_.patterns, pieces_.owned(), true),
-             names_.size(), channels_),
-      std::span<const float>(own));
+  write_part(pieces_.comm(), folder_ / file,
+             within(face_part(header_.grid, of.seen_face, of.patterns, pieces_.owned(), true),
+                    names_.size(), channels_),
+             std::span<const float>(own));
 }
 
 void FitFolder::keep_coarse(const CoefficientPair& own) {

@@ -26,8 +26,10 @@ class FitFolder {
   void keep(const std::string& channel, const inverse::distributed::PieceFit& found);
   /// As `found` was before it saw every pattern.
   void keep_validated(const std::string& channel, const inverse::CoefficientPair& own) const;
-  /// Exitance [M][v][u] on the piece's seen face of the channel that keep() comes to next.
-  void keep_prediction(const std::vector<double>& exitance) const;
+  /// Exitance [M][v][u] on the piece's seen face of the channel that keep() comes to next, in the
+  /// unit of the measurements `of`.
+  void keep_prediction(const std::string& file, const SurfaceMeasurements& of,
+                       const std::vector<double>& exitance) const;
   /// volume.json and the coarse volume.
   void write_words(const std::string& device) const;
 

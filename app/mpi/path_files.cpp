@@ -61,6 +61,8 @@ Json to_json(const PathState& state) {
           {"end", static_cast<int>(state.end)},
           {"last_chi2", state.last_chi2},
           {"last_score", state.last_score},
+          {"pairs", state.pairs.size()},
+          {"pairs_weight", state.pairs_weight},
           {"seconds", state.seconds},
           {"solves", solves_json(report.solves)},
           {"homogeneous",
@@ -79,6 +81,8 @@ PathState from_json(const Json& json) {
   state.end = static_cast<inverse::PathEnd>(json.at("end").get<int>());
   state.last_chi2 = json.at("last_chi2").get<double>();
   state.last_score = json.at("last_score").get<double>();
+  state.pairs.resize(json.at("pairs").get<std::size_t>());
+  state.pairs_weight = json.at("pairs_weight").get<double>();
   state.seconds = json.at("seconds").get<double>();
   inverse::FitReport& report = state.report;
   report.homogeneous_kappa = json.at("homogeneous").at(0).get<double>();
@@ -110,13 +114,20 @@ void PathFiles::save(const PathState& state) const {
   std::vector<double> own = state.own.log_kappa;
   own.insert(own.end(), state.own.log_mu.begin(), state.own.log_mu.end());
   write_part(pieces->comm(), array(steps), part_of(*pieces), std::span<const double>(own));
+  for (std::size_t k = 0; k < 2 * state.pairs.size(); ++k) {
+    const inverse::distributed::FieldPair& pair = state.pairs[k / 2];
+    write_part(pieces->comm(), pairs(steps), within(part_of(*pieces), k, 2 * state.pairs.size()),
+               std::span<const float>(k % 2 == 0 ? pair.step : pair.change));
+  }
   on_first(pieces_->comm(), [&] {
     Json json = to_json(state);
     json["array"] = array(steps).filename().string();
+    json["array_of_pairs"] = pairs(steps).filename().string();
     io::write_text_atomically(json_file(), json.dump());
     for (const auto& entry : fs::directory_iterator(folder_)) {
       const std::string name = entry.path().filename().string();
-      if (name.starts_with(name_ + "_") && name.ends_with(".npy") && name != json["array"]) {
+      if (name.starts_with(name_ + "_") && name.ends_with(".npy") && name != json["array"] &&
+          name != json["array_of_pairs"]) {
         fs::remove(entry.path());
       }
     }
@@ -139,6 +150,13 @@ std::optional<PathState> PathFiles::load() const {
         read_part(pieces->comm(), folder_ / json.at("array").get<std::string>(), part_of(*pieces));
     const auto half = own.begin() + static_cast<std::ptrdiff_t>(own.size() / 2);
     state.own = {{own.begin(), half}, {half, own.end()}};
+    const fs::path of_pairs = folder_ / json.at("array_of_pairs").get<std::string>();
+    for (std::size_t k = 0; k < 2 * state.pairs.size(); ++k) {
+      const std::vector<double> values =
+          read_part(pieces->comm(), of_pairs, within(part_of(*pieces), k, 2 * state.pairs.size()));
+      inverse::distributed::FieldPair& pair = state.pairs[k / 2];
+      (k % 2 == 0 ? pair.step : pair.change).assign(values.begin(), values.end());
+    }
     return state;
   } catch (const Json::exception&) {
     throw InputError(json_file().string() +

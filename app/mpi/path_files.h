@@ -1,6 +1,6 @@
-// The state of a fit before a weight, on disk: the fields as one array that every rank writes its
-// part of, the rest as JSON, which comes last and names the array. Any number of ranks can go on
-// from it whose pieces have its grid.
+// The state of a fit before a weight, on disk: the fields and what the optimiser has learned as
+// arrays that every rank writes its part of, the rest as JSON, which comes last and names them. Any
+// number of ranks can go on from it whose pieces have its grid.
 #pragma once
 
 #include <filesystem>
@@ -30,6 +30,9 @@ class PathFiles {
   /// Of the state after so many weights' steps.
   std::filesystem::path array(std::size_t steps) const {
     return folder_ / (name_ + "_" + std::to_string(steps) + ".npy");
+  }
+  std::filesystem::path pairs(std::size_t steps) const {
+    return folder_ / (name_ + "_" + std::to_string(steps) + "_pairs.npy");
   }
 
   std::shared_ptr<const forward::distributed::BlockPieces> pieces_;

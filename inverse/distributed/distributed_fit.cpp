@@ -48,6 +48,8 @@ class PiecePath {
   void begin_continued(const PieceContinuation& from);
   void open(int level, bool closer = false);
   void begin_grid(double weight);
+  void begin_next_grid();
+  void keep_pairs();
   void begin_weight();
   void repeat_weight();
   void update_correction();
@@ -119,9 +121,23 @@ void PiecePath::begin_grid(double weight) {
   state_.last_chi2 = state_.last_score = 0.0;
 }
 
+/// From level 1 to itself closer, or to the next finer grid: fit/fit.cpp.
+void PiecePath::begin_next_grid() {
+  const bool closer = state_.level == 1 && !state_.closer && closer_.has_value();
+  if (!closer) {
+    state_.own =
+        to_finer(state_.own, pieces(), *levels_[static_cast<std::size_t>(state_.level) - 1].pieces);
+  }
+  open(closer ? 1 : state_.level - 1, closer);
+  const double chi2 = objective_->renew_correction(state_.own);
+  begin_grid(weight_on_finer_grid(options_.path, state_.weight, chi2));
+}
+
 void PiecePath::begin() {
   FitReport& report = state_.report;
-  const HomogeneousFit start = find_start(levels_.front());
+  std::optional<HomogeneousGuess> guess;
+  if (options_.path.start_kappa) guess = {*options_.path.start_kappa, *options_.path.start_mu};
+  const HomogeneousFit start = find_start(levels_.front(), guess);
   report.homogeneous_kappa = start.kappa;
   report.homogeneous_mu = start.mu;
   report.homogeneous_log_residual = start.log_residual;
@@ -138,12 +154,11 @@ void PiecePath::begin() {
 }
 
 void PiecePath::begin_continued(const PieceContinuation& from) {
-  FitReport& report = state_.report;
-  report = from.report;
-  seconds_before_ = report.seconds;
+  state_.report = from.report;
+  seconds_before_ = from.report.seconds;
   state_.own = from.own;
   open(0);
-  begin_grid(weight_going_on(options_.path, report.weight));
+  begin_grid(weight_going_on(options_.path, from.report.weight));
   objective_->renew_correction(state_.own);
 }
 
@@ -156,8 +171,22 @@ Basis PiecePath::basis_of(double weight, const LateralBlocks& blocks, double slo
           blocks};
 }
 
-/// As in fit/minimise.cpp, but for what was learned of the Hessian at the weight before.
+/// What the weight that ends has learned of the Hessian, for the next one.
+void PiecePath::keep_pairs() {
+  if (!stage_.function) return;
+  OptimiserState& from = stage_.optimiser;
+  state_.pairs.clear();
+  for (std::size_t k = 0; k < from.steps.size(); ++k) {
+    // One pair at a time is held twice.
+    state_.pairs.push_back(stage_.function->to_fields(std::exchange(from.steps[k], {}),
+                                                      std::exchange(from.changes[k], {})));
+  }
+  state_.pairs_weight = objective_->weight();
+}
+
+/// As in fit/minimise.cpp.
 void PiecePath::begin_weight() {
+  keep_pairs();
   save();
   stage_ = {};
   stage_.begun = state_.own;
@@ -176,7 +205,13 @@ void PiecePath::begin_weight() {
                                                   defaults::off_diagonal_damping));
   stage_.function = std::make_unique<PieceFunction>(*objective_, *stage_.basis, by, stage_.begun);
   stage_.optimiser.z = stage_.function->coordinates(stage_.begun);
-  start(*stage_.function, stage_.optimiser);
+  for (FieldPair& pair : std::exchange(state_.pairs, {})) {
+    stage_.optimiser.steps.push_back(std::move(pair.step));
+    stage_.optimiser.changes.push_back(std::move(pair.change));
+  }
+  restart(*stage_.function, stage_.optimiser, [&](Vector& step, Vector& change) {
+    stage_.function->adopt(state_.pairs_weight, step, change);
+  });
   stage_.corrected_chi2 = stage_.chi2 = objective_->chi2_per_value();
   record();
 }
@@ -323,18 +358,13 @@ PieceFit PiecePath::run() {
   begin_weight();
   while (state_.level > 0) {
     settle();
-    state_.own =
-        to_finer(state_.own, pieces(), *levels_[static_cast<std::size_t>(state_.level) - 1].pieces);
-    open(state_.level - 1);
-    const double chi2 = objective_->renew_correction(state_.own);
-    begin_grid(weight_on_finer_grid(options_.path, state_.weight, chi2));
+    begin_next_grid();
     begin_weight();
   }
   if (!state_.last) descend();
   if (state_.last) state_.last_chi2 = settle().renewed;
   if (fixed_weight())
     state_.end = context_.continued ? context_.continued->report.end : PathEnd::asked;
-
   FitReport& report = state_.report;
   report.chi2_per_value = state_.last_chi2;
   report.weight = state_.weight;

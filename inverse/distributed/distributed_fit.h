@@ -1,8 +1,7 @@
 // One channel of a block cut between ranks, as inverse/fit/fit.h: from the best homogeneous block,
 // grids coarse to fine, down the weights of the regulariser on the finest, by the same metric,
 // optimiser and rules (path_rules.h). Of that fit it has no models of few unknowns, no transport,
-// no checks of the data and no deviations; and the optimiser learns the Hessian anew at each
-// weight, so that a checkpoint is the volume alone.
+// no checks of the data and no deviations.
 #pragma once
 
 #include <functional>
@@ -14,6 +13,13 @@
 
 namespace kappamu::inverse::distributed {
 
+/// What the optimiser has learned of the Hessian by one step, of the rank's own voxels: a step of
+/// the fields as AbsorptionScale has them and the change of the gradient with respect to these,
+/// [κ, w][z][y][x] both. So they are the same on any number of ranks.
+struct FieldPair {
+  std::vector<float> step, change;
+};
+
 /// Where a fit stands before a weight.
 struct PathState {
   int level = 0;        ///< grid, 0 = finest
@@ -21,11 +27,13 @@ struct PathState {
   double weight = 0.0;
   bool last = false;  ///< that weight ends the fit
   PathEnd end = PathEnd::unknown;
-  double last_chi2 = 0.0;   ///< at the weight before on this grid
-  double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
-  double seconds = 0.0;     ///< so far
-  FitReport report;         ///< so far: start, history, solves
-  CoefficientPair own;      ///< of this rank's voxels on that grid
+  double last_chi2 = 0.0;        ///< at the weight before on this grid
+  double last_score = 0.0;       ///< cross-validation's at the same end; 0 before the first
+  double seconds = 0.0;          ///< so far
+  FitReport report;              ///< so far: start, history, solves
+  CoefficientPair own;           ///< of this rank's voxels on that grid
+  std::vector<FieldPair> pairs;  ///< of the weight before on that grid, oldest first
+  double pairs_weight = 0.0;     ///< that weight
 };
 
 /// Called by all ranks, with each one's part. load() gives nothing where there is no state of this

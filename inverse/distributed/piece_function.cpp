@@ -64,6 +64,43 @@ double PieceFunction::amplitude(const Vector& z, const Vector& direction) {
   return largest;
 }
 
+namespace {
+
+std::vector<float> joined(const CoefficientPair& fields) {
+  std::vector<float> all(fields.log_kappa.begin(), fields.log_kappa.end());
+  all.insert(all.end(), fields.log_mu.begin(), fields.log_mu.end());
+  return all;
+}
+
+CoefficientPair halves(const Vector& all) {
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  return {{all.begin(), middle}, {middle, all.end()}};
+}
+
+}  // namespace
+
+FieldPair PieceFunction::to_fields(const std::vector<float>& step,
+                                   const std::vector<float>& change) const {
+  return {joined(basis_.to_fields({step.begin(), step.end()})),
+          joined(basis_.gradient_by_field({change.begin(), change.end()}))};
+}
+
+void PieceFunction::adopt(double before, Vector& step, Vector& change) const {
+  const CoefficientPair moved = halves(step);
+  CoefficientPair by_field = halves(change);
+  const double added = objective_.weight() - before;
+  if (added != 0.0) {
+    const CoefficientPair smoothing =
+        scale_.by_scaled(here_, objective_.smoothing(scale_.by_scaled(here_, moved)));
+    for (std::size_t i = 0; i < smoothing.log_mu.size(); ++i) {
+      by_field.log_kappa[i] += added * smoothing.log_kappa[i];
+      by_field.log_mu[i] += added * smoothing.log_mu[i];
+    }
+  }
+  step = basis_.from_fields(moved);
+  change = basis_.gradient(by_field);
+}
+
 double PieceFunction::chi2_gain(const Basis& basis, double weight) const {
   const BlockPieces& pieces = objective_.pieces();
   const double here = objective_.weight();

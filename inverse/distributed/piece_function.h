@@ -2,6 +2,7 @@
 // coordinates.
 #pragma once
 
+#include "inverse/distributed/distributed_fit.h"
 #include "inverse/distributed/piece_objective.h"
 #include "inverse/distributed/piece_waves.h"
 #include "inverse/optimise/absorption_scale.h"
@@ -27,6 +28,10 @@ class PieceFunction final : public Function {
   double value(const Vector& z) override;
   Vector gradient() override;
   double amplitude(const Vector& z, const Vector& direction) override;
+  /// An L-BFGS pair of this function's coordinates, of the fields.
+  FieldPair to_fields(const std::vector<float>& step, const std::vector<float>& change) const;
+  /// FitFunction::adopt() of a pair of the fields that was learned at the weight `before`.
+  void adopt(double before, Vector& step, Vector& change) const;
   double total(double part) const override { return objective_.pieces().sum(part); }
   /// As FitFunction's, at the fields of the last value().
   double chi2_gain(const Basis& basis, double weight) const;

@@ -331,11 +331,11 @@ Problem whole_problem(const PieceGrid& grid) {
   return averaged(*grid.pieces, grid.problem, factor);
 }
 
-HomogeneousFit find_start(const PieceGrid& grid) {
+HomogeneousFit find_start(const PieceGrid& grid, const std::optional<HomogeneousGuess>& guess) {
   const BlockPieces& pieces = *grid.pieces;
   const Problem whole = whole_problem(grid);
   HomogeneousFit start;
-  forward::distributed::on_first(pieces.comm(), [&] { start = find_homogeneous(whole); });
+  forward::distributed::on_first(pieces.comm(), [&] { start = find_homogeneous(whole, guess); });
   std::array<double, 4> numbers{start.kappa, start.mu, start.log_residual,
                                 start.converged ? 1.0 : 0.0};
   MPI_Bcast(numbers.data(), 4, MPI_DOUBLE, 0, pieces.comm());

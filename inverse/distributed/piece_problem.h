@@ -53,7 +53,7 @@ CoefficientPair to_finer(const CoefficientPair& own, const BlockPieces& coarse,
 
 /// find_homogeneous() of the whole block, on the first rank alone and from data averaged over 2^n
 /// pixels where there are many. Throws InputError on all ranks.
-HomogeneousFit find_start(const PieceGrid& grid);
+HomogeneousFit find_start(const PieceGrid& grid, const std::optional<HomogeneousGuess>& guess);
 /// The data that start is found by, the same on all ranks.
 Problem whole_problem(const PieceGrid& grid);
 

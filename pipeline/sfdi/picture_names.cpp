@@ -24,6 +24,9 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 10> picture_endings{".png", ".tif", ".tiff", ".jpg", ".jpeg",
                                                            ".bmp", ".exr", ".hdr",  ".npy", ".mat"};
 
+constexpr std::array<std::string_view, 8> video_endings{".avi", ".mp4", ".m4v",  ".mov",
+                                                        ".mkv", ".wmv", ".webm", ".mpg"};
+
 constexpr std::size_t most_pages = 10'000;
 
 /// A name taken apart.
@@ -201,6 +204,11 @@ Image<float> PictureReader::read(const fs::path& folder, const std::string& name
   if (ending == ".mat") return io::read_mat_picture(one.file, one.variable, one.page.value_or(0));
   if (ending == ".npy") return read_array(one.file, one.page);
   if (one.page) return pages_of(one.file).read(*one.page);
+  if (std::find(video_endings.begin(), video_endings.end(), ending) != video_endings.end()) {
+    throw InputError(one.file.string() +
+                     ": is a video; let a program such as ffmpeg write its frames as numbered "
+                     "pictures into a folder, and name the folder");
+  }
   if (io::is_float_image(one.file)) return io::read_float_image(one.file);
   const Image<std::uint16_t> codes = io::read_code_image(one.file);
   Image<float> picture(codes.width(), codes.height(), codes.channels());

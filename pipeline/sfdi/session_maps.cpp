@@ -140,7 +140,7 @@ SessionMaps maps_of_measurements(const SurfaceMeasurements& m, const Scattering&
       map.checks.push_back({per_mm, {}, 0.0, answer.stripes, 0, {}});
     }
     result.maps.wavelengths.push_back(map_of_ratios(d, std::move(map), std::move(ratios)));
-    add_map_warnings(result.maps.wavelengths.back(), result.maps.warnings);
+    add_map_warnings(result.maps.wavelengths.back(), d.pixel_mm, result.maps.warnings);
   }
   warn_of_sides(m, result.maps);
   return result;

@@ -10,6 +10,7 @@
 #include "pipeline/sfdi/calibration.h"
 #include "pipeline/sfdi/median.h"
 #include "pipeline/sfdi/sfdi_layers.h"
+#include "pipeline/sfdi/sfdi_neighbours.h"
 #include "pipeline/sfdi/sfdi_ratios.h"
 #include "pipeline/sfdi/sfdi_spectra.h"
 
@@ -255,7 +256,8 @@ class Mapper {
 
 }  // namespace
 
-void add_map_warnings(const WavelengthMap& map, std::vector<std::string>& warnings) {
+void add_map_warnings(const WavelengthMap& map, double pixel_mm,
+                      std::vector<std::string>& warnings) {
   const std::string at = map.label() + ", ";
   const bool measured_height = !map.height_mm.empty();
   for (const LightCheck& check : map.checks) {
@@ -309,6 +311,7 @@ void add_map_warnings(const WavelengthMap& map, std::vector<std::string>& warnin
         " % of the pixels have reflectances of no homogeneous medium: glare, shadow, an edge, or a "
         "sample thinner than stated.");
   }
+  if (auto sentence = neighbours_warning(map, pixel_mm)) warnings.push_back(*std::move(sentence));
 }
 
 WavelengthMap map_of_ratios(const Description& description, WavelengthMap map, Ratios ratios) {
@@ -327,7 +330,7 @@ Maps measure_maps(const Description& description, Progress& progress) {
     map.wavelength_nm = wavelength;
     Ratios ratios = measure_ratios(description, wavelength, map.checks);
     maps.wavelengths.push_back(map_of_ratios(description, std::move(map), std::move(ratios)));
-    add_map_warnings(maps.wavelengths.back(), maps.warnings);
+    add_map_warnings(maps.wavelengths.back(), description.pixel_mm, maps.warnings);
   }
   add_spectra(description, maps);
   return maps;

@@ -17,6 +17,7 @@ Maps measure_maps(const Description& description, Progress& progress);
 WavelengthMap map_of_ratios(const Description& description, WavelengthMap map, Ratios ratios);
 
 /// Sentences about what was found in a map's pictures. Throws InputError where no pixel is valid.
-void add_map_warnings(const WavelengthMap& map, std::vector<std::string>& warnings);
+void add_map_warnings(const WavelengthMap& map, double pixel_mm,
+                      std::vector<std::string>& warnings);
 
 }  // namespace kappamu::pipeline::sfdi

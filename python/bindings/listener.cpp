@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/process_memory.h"
 
 namespace kappamu::python {
 
@@ -58,12 +59,30 @@ void pass_on(const std::deque<Mail::Letter>& letters, const py::object& progress
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
+/// While a call works, freed memory is kept for it as the program keeps it; then the interpreter
+/// has its usual rule again. Calls of several threads overlap.
+class KeptMemory {
+ public:
+  KeptMemory() {
+    if (calls_++ == 0) keep_freed_memory();
+  }
+  ~KeptMemory() {
+    if (--calls_ == 0) return_freed_memory();
+  }
+  KeptMemory(const KeptMemory&) = delete;
+  KeptMemory& operator=(const KeptMemory&) = delete;
+
+ private:
+  static inline int calls_ = 0;  // under the interpreter's lock
+};
+
 }  // namespace
 
 void listen(const py::object& progress, const std::function<void(std::shared_ptr<Mail>)>& work) {
   const auto mail = std::make_shared<Mail>();
   std::exception_ptr failure;
   std::optional<py::error_already_set> interruption;
+  const KeptMemory memory;
   std::thread thread([&] {
     try {
       work(mail);

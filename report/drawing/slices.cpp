@@ -16,6 +16,8 @@ constexpr int slices_stored = 8;     // of each axis
 constexpr double least_span = 0.01;  // of the scale, relative to the middle, to either side
 constexpr int slice_pixels = 112;    // longest side of a stored picture
 constexpr int longest_edge = 260;    // CSS px of the block's longest edge
+constexpr int layer_pixels = 1024;   // longest side of a single layer
+constexpr int layer_edge = 780;      // CSS px
 
 struct Across {
   const char* name;
@@ -46,20 +48,35 @@ std::vector<int> layers(int extent) {
   return result;
 }
 
+/// The ends of the scale leave out single runaway voxels, and lie apart far enough that a constant
+/// looks constant.
+std::pair<double, double> scale_of(const std::vector<float>& values) {
+  const double middle = quantile(values, 0.5), least = least_span * std::abs(middle);
+  return {std::min(quantile(values, 0.005), middle - least),
+          std::max(quantile(values, 0.995), middle + least)};
+}
+
+std::string with_unit(const std::string& symbol, const std::string& unit) {
+  return unit.empty() ? symbol : symbol + " [" + unit + "]";
+}
+
 }  // namespace
+
+Html layer(const Image<float>& values, const std::string& symbol, const std::string& unit,
+           const std::string& where) {
+  const auto [low, high] = scale_of(values.values());
+  const int longest = std::max(values.width(), values.height());
+  const int width = std::max(layer_edge * values.width() / longest, 8);
+  return row({figure(picture(coloured(reduced(values, layer_pixels), ColourMap::viridis, low, high),
+                             width, symbol + " at " + where),
+                     where),
+              legend(ColourMap::viridis, low, high, with_unit(symbol, unit), 160)});
+}
 
 Html slices(const Volume<double>& volume, const std::string& symbol, const std::string& unit,
             std::optional<std::pair<double, double>> range) {
-  const std::vector<float> values(volume.values().begin(), volume.values().end());
-  // The ends of the scale leave out single runaway voxels, and lie apart far enough that a constant
-  // looks constant.
-  const double middle = quantile(values, 0.5);
-  const double low =
-      range ? range->first
-            : std::min(quantile(values, 0.005), middle - least_span * std::abs(middle));
-  const double high =
-      range ? range->second
-            : std::max(quantile(values, 0.995), middle + least_span * std::abs(middle));
+  const auto [low, high] =
+      range ? *range : scale_of({volume.values().begin(), volume.values().end()});
   const GridShape& shape = volume.shape();
   const int longest = std::max({shape.nx, shape.ny, shape.nz});
   std::vector<Html> blocks;
@@ -79,8 +96,7 @@ Html slices(const Volume<double>& volume, const std::string& symbol, const std::
     }
     blocks.push_back(element("div", {{"class", "stack"}}, stack));
   }
-  blocks.push_back(legend(ColourMap::viridis, low, high,
-                          unit.empty() ? symbol : symbol + " [" + unit + "]", 160));
+  blocks.push_back(legend(ColourMap::viridis, low, high, with_unit(symbol, unit), 160));
   return row(blocks);
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/grid.h"
+#include "core/image.h"
 #include "report/drawing/html.h"
 
 namespace kappamu::report {
@@ -15,6 +16,10 @@ namespace kappamu::report {
 /// ends; where not given, the 0.5 % and 99.5 % quantiles.
 Html slices(const Volume<double>& volume, const std::string& symbol, const std::string& unit,
             std::optional<std::pair<double, double>> range = std::nullopt);
+
+/// One layer of a volume [y][x] with a scale of its own, at up to 1024 pixels along an edge.
+Html layer(const Image<float>& values, const std::string& symbol, const std::string& unit,
+           const std::string& where);
 
 /// The slider, once in the page.
 Html slice_slider();

@@ -8,6 +8,7 @@
 #include "core/file_name.h"
 #include "io/json_reason.h"
 #include "io/json_whole.h"
+#include "io/npy.h"
 #include "io/read_file.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
@@ -94,6 +95,19 @@ Volume<double> relative(Volume<double> deviation, const Volume<double>& value) {
   return deviation;
 }
 
+/// Of a volume [z][y][x] that is not read as a whole.
+Image<float> middle_layer(const std::filesystem::path& file) {
+  const std::vector<std::size_t> shape = io::read_npy_layout(file).shape;
+  if (shape.size() != 3 || shape[0] * shape[1] * shape[2] == 0) {
+    throw InputError(file.string() + ": array has shape " + io::shape_to_string(shape) +
+                     "; a volume is [z][y][x]");
+  }
+  Image<float> layer(static_cast<int>(shape[2]), static_cast<int>(shape[1]), 1);
+  layer.values() =
+      io::read_npy_part(file, shape[0] / 2 * layer.values().size(), layer.values().size());
+  return layer;
+}
+
 }  // namespace
 
 std::optional<FitData> read_fit(const std::filesystem::path& run) {
@@ -108,6 +122,13 @@ std::optional<FitData> read_fit(const std::filesystem::path& run) {
     io::VolumeSet shown = io::read_volume_folder(coarse);
     data.means_of = static_cast<int>(std::lround(shown.shape().voxel_mm / voxel_mm));
     data.media = std::move(shown.media);
+    for (const std::string& channel : data.channels) {
+      data.middle_layers.push_back({middle_layer(folder / ("kappa_" + channel + ".npy")),
+                                    middle_layer(folder / ("mu_" + channel + ".npy"))});
+    }
+    const std::size_t layers =
+        io::read_npy_layout(folder / ("kappa_" + data.channels.front() + ".npy")).shape.front();
+    data.middle_mm = (static_cast<double>(layers / 2) + 0.5) * voxel_mm;
   } else {
     for (const std::string& channel : data.channels)
       data.media.push_back({io::read_npy_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),

@@ -69,6 +69,9 @@ struct FitData {
   pipeline::Verdict verdict;
   std::vector<Medium> media;  ///< per channel, in the order of `channels`
   int means_of = 1;           ///< voxels of the fit along each edge of a voxel of `media`
+  /// Where those are means, the middle layer of κ and μ as fitted, [y][x], and its place [mm].
+  std::vector<std::array<Image<float>, 2>> middle_layers;
+  double middle_mm = 0.0;
   std::vector<std::optional<FitUncertainty>> uncertainty;  ///< the same; where the fit tells one
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;

@@ -17,7 +17,13 @@ Html volumes_section(const RunData& run) {
   if (run.fit->means_of > 1) {
     const std::string edge = std::to_string(run.fit->means_of);
     content += note("The volumes are too large for this page: shown are means over " + edge +
-                    " voxels along each axis.");
+                    " voxels along each axis, and below the middle layer as fitted.");
+    const std::string where = "z = " + number(run.fit->middle_mm) + " mm";
+    for (std::size_t c = 0; c < run.fit->middle_layers.size(); ++c) {
+      const auto& [kappa, mu] = run.fit->middle_layers[c];
+      content += subsection("Middle layer, channel " + run.fit->channels[c],
+                            layer(kappa, "κ", "mm", where) + layer(mu, "μ", "1/mm", where));
+    }
   }
   content += note(
       "Light enters at z = 0; y points down. Each volume has its own "

@@ -103,6 +103,34 @@ class Programs(unittest.TestCase):
         verified = run("verify", self.folder / "run2" / "fit")
         self.assertEqual(verified.returncode, 0, verified.stderr)
 
+    def test_measurements_of_their_own_validate_as_on_one_machine(self):
+        folder = self.measure()
+        apart = self.folder / "measurements_validate"
+        shutil.copytree(folder, apart)
+        for name, axis in (("irradiance", 0), ("value", 1), ("variance", 1)):
+            array = np.load(folder / f"{name}.npy")
+            np.save(apart / f"{name}.npy", np.take(array, [3], axis))
+            np.save(folder / f"{name}.npy", np.take(array, [0, 1, 2], axis))
+        predicted = {}
+        for ranks in (0, 1, 2):
+            more = [] if ranks else ["--model", "volume", "--uncertainty", 0]
+            out = self.folder / f"fit{ranks}"
+            done = run("fit", self.folder, "-o", out, *more, ranks=ranks)
+            self.assertIn(done.returncode, (0, 3), done.stderr)
+            fit = json.loads((out / "fit.json").read_text())
+            self.assertEqual(fit["validation"], {"source": "validation", "patterns": []})
+            self.assertFalse((out / "validated").exists())
+            predicted[ranks] = np.load(out / "prediction_validate.npy")
+            self.assertEqual(predicted[ranks].shape, (1, 1, 14, 12))
+            self.assertLess(fit["channels"][0]["validation_chi2_per_value"], 5)
+        for ranks in (1, 2):
+            np.testing.assert_allclose(predicted[ranks], predicted[0], atol=0.05 * predicted[0].max())
+        words = json.loads((apart / "measurements.json").read_text())
+        (apart / "measurements.json").write_text(json.dumps({**words, "lit_face": "x-"}))
+        done = run("fit", self.folder, "-o", self.folder / "other", ranks=2)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("its light differs", done.stderr)
+
     def test_report_shows_the_coarser_volume_of_a_large_one(self):
         folder = self.measure()
         fit = self.folder / "run" / "fit"
@@ -117,7 +145,9 @@ class Programs(unittest.TestCase):
         (coarse / "volume.json").write_text(json.dumps(words))
         report = run("report", self.folder / "run")
         self.assertEqual(report.returncode, 0, report.stderr)
-        self.assertIn("means over 2 voxels along each axis", (self.folder / "run" / "report.html").read_text())
+        page = (self.folder / "run" / "report.html").read_text()
+        self.assertIn("means over 2 voxels along each axis", page)
+        self.assertIn("κ at z = 1.4 mm", page)  # the middle of six layers of 0.4 mm
 
     def test_killed_and_started_again_it_goes_on(self):
         folder = self.measure()

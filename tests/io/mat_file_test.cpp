@@ -34,7 +34,11 @@ class MatFiles : public testing::TestWithParam<mat_ft> {
     const std::filesystem::path file = folder_ / "frames.mat";
     mat_t* mat = Mat_CreateVer(file.c_str(), nullptr, GetParam());
     add<std::uint16_t>(mat, "frames", MAT_C_UINT16, MAT_T_UINT16, {2, 3, 4});
-    if (several) add<double>(mat, "flat", MAT_C_DOUBLE, MAT_T_DOUBLE, {3, 2});
+    if (several) {
+      add<double>(mat, "flat", MAT_C_DOUBLE, MAT_T_DOUBLE, {3, 2});
+      add<double>(mat, "four", MAT_C_DOUBLE, MAT_T_DOUBLE, {2, 3, 1, 4});
+      add<double>(mat, "colours", MAT_C_DOUBLE, MAT_T_DOUBLE, {2, 3, 3, 4});
+    }
     Mat_Close(mat);
     return file;
   }
@@ -53,6 +57,8 @@ TEST_P(MatFiles, RowsAreYAndPagesAreChosen) {
   const Image<float> flat = read_mat_picture(write(true), "flat", 0);
   ASSERT_EQ(flat.width(), 2);
   EXPECT_EQ(flat(1, 0), 3.0F);
+  EXPECT_EQ(count_mat_pages(write(true), "four"), 4U);
+  EXPECT_EQ(read_mat_picture(write(true), "four", 2)(2, 1), 17.0F);
 }
 
 TEST_P(MatFiles, RefusesInOneSentence) {
@@ -62,7 +68,8 @@ TEST_P(MatFiles, RefusesInOneSentence) {
     EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
     EXPECT_NE(sentence.find(file.string()), std::string::npos) << sentence;
   };
-  refused("", 0, "2 numeric arrays");
+  refused("", 0, "3 numeric arrays");
+  refused("colours", 0, "several are [row][column][page]");
   refused("light", 0, "it holds");
   refused("frames", 4, "no page 4");
   std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);

@@ -1,12 +1,16 @@
 // Pictures of sfdi.json as instruments leave them: folders of frames, stacks, names by rule,
 // repeated, already demodulated, already divided.
 #include <gtest/gtest.h>
+#include <matio.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "io/npy.h"
 #include "pipeline/sfdi/picture_names.h"
@@ -201,6 +205,98 @@ TEST_F(SfdiFiles, NamesByRuleAreASeries) {
   EXPECT_NE(refusal(R"("series": {"sample": "tissue/{lambda}.npy", "wavelengths_nm": [700],
                        "per_mm": [0.2]})")
                 .find("series.sample has '{lambda}'"),
+            std::string::npos);
+}
+
+/// 8 bits with a palette of greys, rows bottom-up.
+std::string grey_bmp(const std::vector<float>& values) {
+  constexpr unsigned size = extent, begin = 54 + 4 * 256;
+  static_assert(size % 4 == 0, "rows of a BMP are padded to four bytes");
+  std::string bytes = "BM";
+  for (const auto& [number, count] :
+       std::initializer_list<std::pair<unsigned, int>>{{begin + size * size, 4},
+                                                       {0, 4},
+                                                       {begin, 4},
+                                                       {40, 4},
+                                                       {size, 4},
+                                                       {size, 4},
+                                                       {1, 2},
+                                                       {8, 2},
+                                                       {0, 4},
+                                                       {size * size, 4},
+                                                       {2835, 4},
+                                                       {2835, 4},
+                                                       {256, 4},
+                                                       {0, 4}}) {
+    io::put_number(bytes, number, count);
+  }
+  for (unsigned i = 0; i < 256; ++i) io::put_number(bytes, i * 0x010101U, 4);
+  for (std::size_t y = extent; y-- > 0;) {
+    for (std::size_t x = 0; x < extent; ++x) {
+      bytes += static_cast<char>(std::lround(values[y * extent + x]));
+    }
+  }
+  return bytes;
+}
+
+TEST_F(SfdiFiles, BitmapsByTheirNumbersAsOpenSfdiInstrumentsLeaveThem) {
+  // <time>_<name>_<exposure>ms/im_<wavelength>-<frequency>-<phase>.bmp, even light in all phases.
+  for (const bool sample : {true, false}) {
+    const std::filesystem::path folder =
+        folder_ / (sample ? "1561366800_tissue_100ms" : "1561366900_phantom_100ms");
+    std::filesystem::create_directories(folder);
+    for (int frequency = 0; frequency < 2; ++frequency) {
+      for (int phase = 0; phase < 3; ++phase) {
+        std::ofstream(folder /
+                      ("im_0-" + std::to_string(frequency) + "-" + std::to_string(phase) + ".bmp"))
+            << grey_bmp(lit(sample, frequency == 0 ? 0.0 : 120.0 * phase, wave_per_mm * frequency));
+      }
+    }
+  }
+  const Maps maps = map(R"("series": {
+      "sample": "1561366800_tissue_100ms/im_{wavelength}-{frequency}-{phase}.bmp",
+      "reference": "1561366900_phantom_100ms/im_{wavelength}-{frequency}-{phase}.bmp",
+      "wavelengths_nm": [700], "per_mm": [0, 0.2], "phases_degrees": [0, 120, 240]})");
+  // Codes of 8 bits are rounded by 0.3 % here.
+  EXPECT_NEAR(maps.wavelengths.front().mua(30, 30) / tissue_mua, 1.0, 0.03);
+  EXPECT_NEAR(maps.wavelengths.front().musp(30, 30) / tissue_musp, 1.0, 0.03);
+}
+
+TEST_F(SfdiFiles, SevenPhasesInAVariableAsAppSfdisExamplesAre) {
+  // PH7_<object>_0_2.mat: mesdata [row][column][1][phase] at 0, 90, ... 540 degrees.
+  for (const bool sample : {true, false}) {
+    for (const double frequency : {0.0, 0.2}) {
+      std::vector<float> pages;
+      for (int phase = 0; phase < 7; ++phase) {
+        const std::vector<float> one = lit(sample, frequency > 0.0 ? 90.0 * phase : 0.0, frequency);
+        for (std::size_t x = 0; x < extent; ++x) {
+          for (std::size_t y = 0; y < extent; ++y) pages.push_back(one[y * extent + x]);
+        }
+      }
+      const std::string name = std::string("PH7_") + (sample ? "hand" : "calibration") +
+                               (frequency > 0.0 ? "_0_2.mat" : "_0_0.mat");
+      mat_t* const mat = Mat_CreateVer((folder_ / name).c_str(), nullptr, MAT_FT_MAT5);
+      std::array<std::size_t, 4> shape{extent, extent, 1, 7};
+      matvar_t* const variable =
+          Mat_VarCreate("mesdata", MAT_C_SINGLE, MAT_T_SINGLE, 4, shape.data(), pages.data(), 0);
+      ASSERT_EQ(Mat_VarWrite(mat, variable, MAT_COMPRESSION_NONE), 0);
+      Mat_VarFree(variable);
+      Mat_Close(mat);
+    }
+  }
+  expect_tissue(map(R"("measurements": [
+      {"wavelength_nm": 700, "per_mm": 0, "sample": ["PH7_hand_0_0.mat"],
+       "reference": ["PH7_calibration_0_0.mat"]},
+      {"wavelength_nm": 700, "per_mm": 0.2, "phases_degrees": [0, 90, 180, 270, 360, 450, 540],
+       "sample": ["PH7_hand_0_2.mat:mesdata"], "reference": ["PH7_calibration_0_2.mat:mesdata"]}])"),
+                "seven phases");
+}
+
+TEST_F(SfdiFiles, AVideoIsRefusedWithWhatToDo) {
+  std::ofstream(folder_ / "tissue.avi") << "RIFF";
+  EXPECT_NE(refusal(R"("measurements": [{"wavelength_nm": 700, "per_mm": 0.2, "sample":
+                       ["tissue.avi"], "reference": ["tissue.avi"]}])")
+                .find("tissue.avi: is a video; let a program such as ffmpeg write its frames"),
             std::string::npos);
 }
 

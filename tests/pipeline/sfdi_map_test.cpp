@@ -252,6 +252,30 @@ TEST(SfdiMap, SaturatedPixelsAreLeftOutAndCounted) {
   EXPECT_NE(all.find("saturated pixels are left out"), std::string::npos) << all;
 }
 
+TEST(SfdiMap, WhereNeighboursMatterItNamesTheFitThatTakesThemIntoAccount) {
+  const OwnFolder folder;
+  write_pictures(folder, 0.0, 1);
+  const auto said = [&] {
+    const Maps maps = map(folder, three_phases);
+    return std::any_of(maps.warnings.begin(), maps.warnings.end(), [](const std::string& warning) {
+      return warning.find("fit a volume") != std::string::npos &&
+             warning.find("--start-kappa") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(said());
+  // The left half of the sample absorbs and scatters as the phantom.
+  for (const int degrees : {0, 120, 240}) {
+    const std::string name = std::to_string(degrees) + ".npy";
+    io::NpyArray sample = io::read_npy(folder / ("t" + name));
+    const io::NpyArray other = io::read_npy(folder / ("p" + name));
+    for (std::size_t i = 0; i < sample.values.size(); ++i) {
+      if (i % side < side / 2) sample.values[i] = other.values[i];
+    }
+    io::write_npy(folder / ("t" + name), {side, side}, std::span<const float>(sample.values));
+  }
+  EXPECT_TRUE(said());
+}
+
 TEST(SfdiMap, RefusesInOneSentence) {
   const OwnFolder folder;
   write_pictures(folder, 0.0, 1);
