@@ -8,6 +8,7 @@
 #include "forward/model_error.h"
 #include "render/fur/fur_shading.h"
 #include "render/light/incident_light.h"
+#include "render/scene/composed_field.h"
 #include "render/scene/world.h"
 
 namespace kappamu::render {
@@ -184,6 +185,7 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
   Stopwatch watch;
   RenderResult result;
   progress.update("scene", 0.0, film_memory(scene));
+  expect_wrap_memory(scene, progress);
   const World world(scene, result.warnings);
   const LightSources sources = make_light_sources(world.outer_lights());
   const std::optional<Environment> environment = make_environment(scene.lights);

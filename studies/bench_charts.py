@@ -43,7 +43,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "objects-estimate": estimates, "objects-picture": pictures, "objects-invariance": invariances,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
-               for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
+               for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy", "dipole-point-sampling")},
             "figures-pictures": figure_pictures, "figures-samples": figure_samples, "figures-weights": weights,
             "figures-stairs": stairs,
             "fur-figures": fur.sheets, "fur-reference": fur.reference, "fur-transfer": fur.transfer,

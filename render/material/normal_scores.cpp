@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
-#include <numeric>
 
+#include "core/parallel.h"
 #include "core/random.h"
 
 namespace kappamu::render {
@@ -39,22 +39,21 @@ std::vector<float> quantiles(std::size_t count) {
 std::vector<float> neighbourhood(const Volume<double>& values) {
   const GridShape& s = values.shape();
   std::vector<float> result(values.size());
-  for (int z = 0; z < s.nz; ++z) {
-    for (int y = 0; y < s.ny; ++y) {
-      for (int x = 0; x < s.nx; ++x) {
-        double sum = 0.0;
-        for (int dz = -1; dz <= 1; ++dz) {
-          for (int dy = -1; dy <= 1; ++dy) {
-            for (int dx = -1; dx <= 1; ++dx) {
-              sum += values(std::clamp(x + dx, 0, s.nx - 1), std::clamp(y + dy, 0, s.ny - 1),
-                            std::clamp(z + dz, 0, s.nz - 1));
-            }
+  for_rows(s.nz * s.ny, [&](int row) {
+    const int y = row % s.ny, z = row / s.ny;
+    for (int x = 0; x < s.nx; ++x) {
+      double sum = 0.0;
+      for (int dz = -1; dz <= 1; ++dz) {
+        for (int dy = -1; dy <= 1; ++dy) {
+          for (int dx = -1; dx <= 1; ++dx) {
+            sum += values(std::clamp(x + dx, 0, s.nx - 1), std::clamp(y + dy, 0, s.ny - 1),
+                          std::clamp(z + dz, 0, s.nz - 1));
           }
         }
-        result[s.index(x, y, z)] = static_cast<float>(sum);
       }
+      result[s.index(x, y, z)] = static_cast<float>(sum);
     }
-  }
+  });
   return result;
 }
 
@@ -73,24 +72,30 @@ NormalScores::NormalScores(const io::VolumeSet& block) : shape_(block.shape()) {
 
 void NormalScores::add(const Volume<double>& values, const std::vector<float>& score_of_rank,
                        std::size_t coefficient) {
-  std::vector<std::uint32_t> order(values.size());
-  std::iota(order.begin(), order.end(), 0U);
+  struct Ranked {
+    double value;
+    float around;
+    std::uint32_t voxel;
+  };
+  std::vector<Ranked> order;
+  order.reserve(values.size());
   const std::vector<float> around = neighbourhood(values);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    if (values[a] != values[b]) return values[a] < values[b];
-    if (around[a] != around[b]) return around[a] < around[b];
-    return mix(a) < mix(b);
+  for (std::uint32_t i = 0; i < around.size(); ++i) order.push_back({values[i], around[i], i});
+  std::sort(order.begin(), order.end(), [](const Ranked& a, const Ranked& b) {
+    if (a.value != b.value) return a.value < b.value;
+    if (a.around != b.around) return a.around < b.around;
+    return mix(a.voxel) < mix(b.voxel);
   });
-  const bool constant = values[order.front()] == values[order.back()];
+  const bool constant = order.front().value == order.back().value;
   std::vector<float>& sorted = sorted_[coefficient];
   sorted.resize(values.size());
   const std::size_t layer = shape_.cells() / static_cast<std::size_t>(shape_.nz);
   std::vector<double> sums(static_cast<std::size_t>(shape_.nz));
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
     const float score = constant ? 0.0F : score_of_rank[rank];
-    score_[count() * order[rank] + coefficient] = score;
-    sums[order[rank] / layer] += score;
-    sorted[rank] = static_cast<float>(values[order[rank]]);
+    score_[count() * order[rank].voxel + coefficient] = score;
+    sums[order[rank].voxel / layer] += score;
+    sorted[rank] = static_cast<float>(order[rank].value);
   }
   for (const double sum : sums)
     layer_mean_[coefficient].push_back(static_cast<float>(sum / static_cast<double>(layer)));
@@ -104,9 +109,9 @@ double NormalScores::value(std::size_t coefficient, double score) const {
 }
 
 double NormalScores::bytes(const io::VolumeSet& block) {
-  // Scores and sorted values of each coefficient; the order, ranks and neighbourhoods of one.
+  // Scores and sorted values of each coefficient; the order, quantiles and neighbourhoods of one.
   const auto coefficients = 2.0 * static_cast<double>(block.media.size());
-  return static_cast<double>(block.shape().cells()) * (8.0 * coefficients + 16.0);
+  return static_cast<double>(block.shape().cells()) * (8.0 * coefficients + 24.0);
 }
 
 }  // namespace kappamu::render

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "core/error.h"
+#include "core/process_memory.h"
 #include "core/rigid.h"
 #include "io/volume/volume_file.h"
+#include "render/material/baked_field.h"
 #include "render/material/pattern.h"
 #include "render/material/shell_field.h"
 #include "render/material/surface_places.h"
@@ -106,7 +109,8 @@ class Inclusion {
       : mesh_(made(part)),
         places_(mesh_),
         box_(bounding_box(mesh_)),
-        part_from_object_(Rigid{turn_matrix(part.turn_deg), part.position_mm}.inverse()),
+        object_from_part_{turn_matrix(part.turn_deg), part.position_mm},
+        part_from_object_(object_from_part_.inverse()),
         field_(make_field(part.material, mesh_).field) {}
   Inclusion(const Inclusion&) = delete;
   Inclusion& operator=(const Inclusion&) = delete;
@@ -118,6 +122,12 @@ class Inclusion {
     const Place place = places_.at(here, 0, outside);
     if (outside > 0.0) return std::nullopt;
     return field_->at(place);
+  }
+  /// In the object's frame.
+  Eigen::AlignedBox3d box_in_object() const {
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& vertex : mesh_.vertices) box.extend(object_from_part_ * vertex);
+    return box;
   }
   double detail_mm() const {
     constexpr double share = 1.0 / 16.0;
@@ -132,15 +142,22 @@ class Inclusion {
   TriangleMesh mesh_;
   SurfacePlaces places_;
   Eigen::AlignedBox3d box_;
-  Rigid part_from_object_;
+  Rigid object_from_part_, part_from_object_;
   std::unique_ptr<MaterialField> field_;
 };
 
 class PartedField : public MaterialField {
  public:
-  PartedField(std::unique_ptr<MaterialField> around, const std::vector<SceneObject>& parts)
+  /// Throws InputError where a part lies beside the object.
+  PartedField(std::unique_ptr<MaterialField> around, const std::vector<SceneObject>& parts,
+              const Eigen::AlignedBox3d& object)
       : around_(std::move(around)) {
-    for (const SceneObject& part : parts) parts_.push_back(std::make_unique<Inclusion>(part));
+    for (const SceneObject& part : parts) {
+      parts_.push_back(std::make_unique<Inclusion>(part));
+      if (parts_.back()->box_in_object().intersects(object)) continue;
+      throw InputError("parts[" + std::to_string(parts_.size() - 1) +
+                       "] lies outside the object; change its position_mm");
+    }
   }
   ColourCoefficients at(const Place& place) const override {
     for (auto part = parts_.rbegin(); part != parts_.rend(); ++part) {
@@ -175,9 +192,23 @@ NamedField composed(const ComposedMaterial& material, const TriangleMesh& mesh) 
     result.field = std::make_unique<LayeredField>(std::move(fields), layers->thickness_mm);
   } else {
     result.field = std::make_unique<PartedField>(
-        std::move(fields.front()), std::get<ComposedMaterial::Parts>(material.by).parts);
+        std::move(fields.front()), std::get<ComposedMaterial::Parts>(material.by).parts,
+        bounding_box(mesh));
   }
   return result;
+}
+
+/// Scores of the largest block that the material wraps [bytes]; nothing where it wraps none.
+std::optional<double> scores_bytes(const Material& material) {
+  std::optional<double> most;
+  if (const auto* parts = std::get_if<std::shared_ptr<const ComposedMaterial>>(&material)) {
+    for (const Material& part : (*parts)->materials) {
+      if (const auto bytes = scores_bytes(part)) most = std::max(most.value_or(0.0), *bytes);
+    }
+  }
+  const auto* volume = std::get_if<VolumeMaterial>(&material);
+  if (volume == nullptr || volume->placement != VolumeMaterial::Placement::shell) return most;
+  return NormalScores::bytes(io::read_volume(io::find_volume(volume->volume)));
 }
 
 }  // namespace
@@ -197,6 +228,22 @@ NamedField make_field(const Material& material, const TriangleMesh& mesh) {
   const std::filesystem::path file = io::find_volume(volume->volume);
   const io::VolumeSet set = colour_channels(io::read_volume(file), file.string());
   return {std::make_unique<ShellField>(set, volume->shell, mesh), set.eta, file.string()};
+}
+
+void expect_wrap_memory(const Scene& scene, Progress& progress) {
+  constexpr double usable_memory = 0.7;
+  for (const SceneObject& object : scene.objects) {
+    const std::optional<double> scores = scores_bytes(object.material);
+    if (!scores) continue;
+    // The object's voxels are copied once, into the media.
+    const double bytes = *scores + 2.0 * bytes_per_baked_voxel * most_baked_voxels;
+    if (bytes > usable_memory * main_memory()) {
+      throw InputError("object '" + object.name + "': wrapping its block needs " +
+                       gigabytes(bytes) + " of memory where this machine has " +
+                       gigabytes(main_memory()) + "; fit with larger voxels");
+    }
+    progress.update("wrap " + object.name, 0.0, "up to " + gigabytes(bytes) + " of memory");
+  }
 }
 
 }  // namespace kappamu::render

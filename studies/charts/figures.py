@@ -116,9 +116,9 @@ def stairs(record):
     """[T] 4.1: exitance of a ball lit from its middle, over its mean."""
     maps = record["maps"]
     figure, axes = plt.subplots(len(maps) // 2, 2, figsize=(9.0, 1.8 * (len(maps) // 2)), squeeze=False, constrained_layout=True)
-    norm = matplotlib.colors.Normalize(0.9, 1.1)
+    norm = matplotlib.colors.Normalize(0.5, 1.5)
     for ax, made in zip(axes.flat, maps):
-        drawn = ax.imshow(made["map"], cmap="jet", norm=norm, interpolation="nearest", aspect="auto")
+        drawn = ax.imshow(numpy.array(made["map"], float), cmap="jet", norm=norm, interpolation="nearest", aspect="auto")
         ax.set_title(f"{made['boundary']}, {made['across']} across", fontsize=8)
         ax.set(xticks=[], yticks=[], xlabel="longitude", ylabel="height")
         ax.grid(False)

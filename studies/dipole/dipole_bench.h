@@ -9,6 +9,9 @@ namespace kappamu::studies {
 
 /// Rows per number of triangles.
 void dipole_hierarchy(const Request& request, Progress& progress, const Save& save);
+/// Rows per size of a marble torus: near triangles by form factors and by even points ([M] table
+/// 5).
+void dipole_point_sampling(const Request& request, Progress& progress, const Save& save);
 /// Rows per object that deforms.
 void dipole_deform(const Request& request, Progress& progress, const Save& save);
 /// Rows per method and criterion.

@@ -1,6 +1,7 @@
 #include "studies/figures/figure_file.h"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -59,8 +60,12 @@ FigureColumn column_of(const std::filesystem::path& file, const Json& node) {
     column.shows = FigureColumn::Shows::difference;
   } else if (shows == "error") {
     column.shows = FigureColumn::Shows::error;
+  } else if (shows == "clusters") {
+    column.shows = FigureColumn::Shows::clusters;
+    const auto at = field_of<std::array<double, 2>>(file, node, "triangle_at");
+    column.triangle_at = {at[0], at[1]};
   } else if (shows != "picture") {
-    fail_figure(file, "'" + shows + "' is not shown; write picture, difference or error");
+    fail_figure(file, "'" + shows + "' is not shown; write picture, difference, error or clusters");
   }
   column.of = field_of(file, node, "of", &none);
   column.from = field_of(file, node, "from", &none);
@@ -108,7 +113,9 @@ Figure read_figure(const std::filesystem::path& file) {
     fail_figure(file, "a figure needs at least one row and one column");
   }
   for (const FigureColumn& column : figure.columns) {
-    if (column.shows == FigureColumn::Shows::picture) continue;
+    if (column.shows == FigureColumn::Shows::picture ||
+        column.shows == FigureColumn::Shows::clusters)
+      continue;
     expect_picture(figure, column.of);
     expect_picture(figure, column.from);
   }

@@ -2,6 +2,7 @@
 // scenes of `kappamu render`, arranged as the paper has its pictures.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -24,14 +25,16 @@ struct FigureColumn {
   enum class Shows {
     picture,     ///< of the scene, at the exposure of its row's first
     difference,  ///< (of − from)/from of the pictures, blue −range to red +range
-    error        ///< |of − from|/from, logarithmic, blue 0.001 to red 1
+    error,       ///< |of − from|/from, logarithmic, blue 0.001 to red 1
+    clusters     ///< of the scene, that give one triangle its light (cluster_tile.h)
   };
   std::string name;
   Shows shows = Shows::picture;
-  SceneChanges set;           ///< of a picture
-  std::string of, from;       ///< columns of the other kinds
-  double range = 0.5;         ///< of a difference
-  bool own_exposure = false;  ///< of a picture
+  SceneChanges set;                       ///< of a picture or of clusters
+  std::string of, from;                   ///< columns of the other kinds
+  double range = 0.5;                     ///< of a difference
+  bool own_exposure = false;              ///< of a picture
+  Eigen::Vector2d triangle_at{0.5, 0.5};  ///< of clusters, shares of the film's width and height
 };
 
 struct Figure {

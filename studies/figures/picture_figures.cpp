@@ -9,6 +9,7 @@
 #include "forward/registry.h"
 #include "io/image/image_file.h"
 #include "render/render_scene.h"
+#include "studies/figures/cluster_tile.h"
 #include "studies/figures/figure_file.h"
 #include "studies/figures/figures_bench.h"
 
@@ -160,6 +161,11 @@ void make_row(const Figure& figure, const FigureRow& row, const Request& request
   std::map<std::string, MadeCell> made;
   double exposure = 0.0;
   for (const FigureColumn& column : figure.columns) {
+    if (column.shows == Shows::clusters) {
+      plate.add(cluster_tile(scene_of_cell(figure, row, column, request.size == Size::quick),
+                             column.triangle_at));
+      continue;
+    }
     if (column.shows != Shows::picture) {
       plate.add(compared(made.at(column.of).result.picture, made.at(column.from).result.picture,
                          column.shows, column.range));

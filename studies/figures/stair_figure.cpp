@@ -83,7 +83,7 @@ double exact_share() {
 struct StairAnswer {
   double share = 0.0, spread = 0.0;
   std::size_t cells = 0;
-  Json map = Json::array();  ///< exitance over its mean by rings of equal area and longitude
+  Json map = Json::array();  ///< exitance over its mean by height and longitude; null: no facet
 };
 
 StairAnswer answer_of(const TriangleMesh& mesh, std::optional<std::uint64_t> most,
@@ -115,19 +115,19 @@ StairAnswer answer_of(const TriangleMesh& mesh, std::optional<std::uint64_t> mos
   const std::vector<forward::ObjectLight> lights{light};
   const forward::ObjectResult result =
       model->solve({mesh, surface, *rays, medium, ball_eta, lights}, options, progress);
-  std::vector<double> power(rings * sectors, 0.0);
+  std::vector<double> power(rings * sectors, 0.0), facets(rings * sectors, 0.0);
   for (std::size_t t = 0; t < result.exitance.size(); ++t) {
     const Vector3d d = surface.position[t].normalized();
     const int ring = std::min(rings - 1, static_cast<int>((0.5 + 0.5 * d.z()) * rings));
     const double turn = std::atan2(d.y(), d.x()) / (2.0 * pi) + 0.5;
     const int sector = std::min(sectors - 1, static_cast<int>(turn * sectors));
-    power[static_cast<std::size_t>(ring * sectors + sector)] +=
-        result.exitance[t] * surface.area[t];
+    const auto place = static_cast<std::size_t>(ring * sectors + sector);
+    power[place] += result.exitance[t] * surface.area[t];
+    facets[place] += surface.area[t];
   }
   StairAnswer answer;
   answer.cells = result.elements;
   answer.share = result.balance[0].exiting;
-  const double mean = answer.share / (rings * sectors);
   double area = 0.0;
   for (std::size_t t = 0; t < surface.size(); ++t) area += surface.area[t];
   for (std::size_t t = 0; t < result.exitance.size(); ++t) {
@@ -138,7 +138,10 @@ StairAnswer answer_of(const TriangleMesh& mesh, std::optional<std::uint64_t> mos
   for (int ring = 0; ring < rings; ++ring) {
     Json row = Json::array();
     for (int s = 0; s < sectors; ++s) {
-      row.push_back(power[static_cast<std::size_t>(ring * sectors + s)] / mean);
+      const auto place = static_cast<std::size_t>(ring * sectors + s);
+      // Coarse steps leave places without a facet's middle.
+      row.push_back(facets[place] > 0.0 ? Json(power[place] / facets[place] * area / answer.share)
+                                        : Json(nullptr));
     }
     answer.map.push_back(std::move(row));
   }

@@ -1,16 +1,22 @@
 // Patterns, layers and parts as materials.
 #include "render/scene/composed_field.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/mesh/shapes.h"
+#include "core/process_memory.h"
 #include "core/random.h"
+#include "io/volume/volume_file.h"
 #include "render/material/baked_field.h"
+#include "render/material/normal_scores.h"
 #include "render/material/pattern.h"
 #include "render/material/published_materials.h"
 #include "render/material/surface_places.h"
+#include "tests/own_folder.h"
+#include "tests/sentence.h"
 
 namespace kappamu::render {
 namespace {
@@ -123,6 +129,48 @@ TEST(PartedField, PutsBodiesInside) {
   const double expected = 4.0 / 3.0 * M_PI * 27.0;
   EXPECT_NEAR(volume / expected, 1.0, 0.03);
   EXPECT_LT((centre * std::pow(s.voxel_mm, 3) / volume - part.position_mm).norm(), 0.1);
+}
+
+/// A part that no voxel would show.
+TEST(PartedField, RefusesAPartBesideTheObject) {
+  SceneObject part;
+  part.shape = std::string("sphere");
+  part.size_mm = 6.0;
+  part.position_mm = {0.0, 40.0, 0.0};
+  part.material = published_material("ketchup");
+  auto whole = std::make_shared<ComposedMaterial>();
+  whole->materials.emplace_back(published_material("marble"));
+  whole->by = ComposedMaterial::Parts{{part}};
+  const TriangleMesh ball = sphere_mesh(8.0, 24);
+  EXPECT_THAT(sentence_of([&] { make_field(Material(whole), ball); }, ""),
+              ::testing::HasSubstr("parts[0] lies outside the object"));
+}
+
+/// Wrapping states the memory that it needs before it begins.
+TEST(ShellField, StatesItsMemoryFirst) {
+  struct Listener : Progress {
+    void update(const std::string& stage, double, const std::string& detail) override {
+      if (stage == "wrap ball") said = detail;
+    }
+    std::string said;
+  } listener;
+  const OwnFolder folder;
+  constexpr GridShape shape{12, 12, 6, 0.5};
+  io::VolumeSet block;
+  block.channels = {"grey"};
+  block.media = {{Volume<double>(shape, 0.3), Volume<double>(shape, 0.02)}};
+  io::write_volume_folder(folder / "block", block);
+  VolumeMaterial material{folder / "block"};
+  material.placement = VolumeMaterial::Placement::shell;
+  Scene scene;
+  scene.objects.emplace_back();
+  scene.objects[0].name = "ball";
+  expect_wrap_memory(scene, listener);
+  EXPECT_EQ(listener.said, "");
+  scene.objects[0].material = material;
+  expect_wrap_memory(scene, listener);
+  const double bytes = NormalScores::bytes(block) + 2.0 * bytes_per_baked_voxel * most_baked_voxels;
+  EXPECT_EQ(listener.said, "up to " + gigabytes(bytes) + " of memory");
 }
 
 /// Channels that are the same everywhere are one, which is solved once.

@@ -18,6 +18,12 @@ TEST_F(DipoleBench, HierarchyIsTimedAndItsErrorMeasured) {
             0.1 * row.at("links_per_triangle").get<double>() * row.at("triangles").get<double>());
 }
 
+TEST_F(DipoleBench, FormFactorsOfNearTrianglesAreExactWherePointsAreNot) {
+  const Json row = quick_record("dipole", "point-sampling").at("rows").at(1);
+  EXPECT_GT(row.at("points a pair"), 2.0);
+  EXPECT_LT(row.at("error of form factors"), 0.1 * row.at("error of points").get<double>());
+}
+
 TEST_F(DipoleBench, AShapeThatDeformsIsAnsweredAsFromScratch) {
   const Json row = quick_record("dipole", "deform").at("rows").at(0);
   EXPECT_LT(row.at("from_scratch"), 0.01);

@@ -24,7 +24,8 @@ const char* const figure_text =
             "film": {"width": 12, "height": 12, "samples": 1}, "model": {"name": "dipole-rotated"}},
   "rows": [{"name": "plain"}, {"name": "dense", "set": {"/objects/0/material/density": 2}}],
   "columns": [{"name": "one"}, {"name": "other", "set": {"/objects/0/material/published": "skin1"}},
-              {"name": "map", "shows": "error", "of": "other", "from": "one"}]})";
+              {"name": "map", "shows": "error", "of": "other", "from": "one"},
+              {"name": "clusters", "shows": "clusters", "triangle_at": [0.5, 0.4]}]})";
 
 class FigureFile : public ::testing::Test {
  protected:
@@ -69,6 +70,7 @@ TEST_F(FigureFile, RefusesInOneSentence) {
   EXPECT_THAT(refusal("/objects/0/material/density", "density"), HasSubstr("no place in a scene"));
   EXPECT_THAT(refusal("/objects/0/material/density", "/objects/x/material"), HasSubstr("no place"));
   EXPECT_THAT(refusal("\"skin1\"", "\"gold\""), HasSubstr("column 'other'"));
+  EXPECT_THAT(refusal("\"triangle_at\"", "\"triangle\""), HasSubstr("'triangle_at' is missing"));
   EXPECT_THAT(refusal("\"title\"", "\"tittle\""), HasSubstr("'title' is missing"));
 }
 
