@@ -19,10 +19,16 @@ std::string FileMesh::where(int triangle) const {
   return text;
 }
 
+bool is_mesh_file(const fs::path& file) {
+  const std::string ending = lower_extension(file);
+  const auto is = [&](const char* known) { return ending == known; };
+  return is(".obj") || is(".ply") || is(".stl") || is(".gltf") || is(".glb");
+}
+
 FileMesh read_mesh(const fs::path& file, std::span<const double> morph) {
   const std::string name = file.string(), ending = lower_extension(file);
   const auto is = [&](const char* known) { return ending == known; };
-  if (!is(".obj") && !is(".ply") && !is(".stl") && !is(".gltf") && !is(".glb")) {
+  if (!is_mesh_file(file)) {
     throw InputError(name + ": is no mesh file by its name; give .obj, .ply, .stl, .gltf or .glb");
   }
   if (!morph.empty() && !is(".gltf") && !is(".glb")) {

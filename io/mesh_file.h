@@ -35,6 +35,9 @@ struct FileMesh {
   std::string where(int triangle) const;
 };
 
+/// By its ending.
+bool is_mesh_file(const std::filesystem::path& file);
+
 /// All meshes of all nodes, placed as the nodes say; polygons as triangles, with the first set of
 /// texture coordinates (of a PLY file, its vertices') where all faces have one; normals, colours,
 /// images, materials, skins and morph targets left out, these but for the weights `morph`, one for

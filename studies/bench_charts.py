@@ -46,7 +46,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
                for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
             "figures-pictures": figure_pictures, "figures-samples": figure_samples, "figures-weights": weights,
             "figures-stairs": stairs,
-            "fur-reference": fur.reference, "fur-transfer": fur.transfer,
+            "fur-figures": fur.sheets, "fur-reference": fur.reference, "fur-transfer": fur.transfer,
             **{f"fur-{name}": fur.numbers for name in ("coverage", "symmetry", "detail", "speed")},
              "dipole-importance": importance, "dipole-form-factors": form_factors,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
@@ -77,9 +77,9 @@ def draw(folder):
         except KeyError as missing:
             raise SystemExit(f"bench_charts: {file} has no {missing}: another version measured it; measure again") from None
         for end, figure in figures.items():
-            if stem == "figures-pictures":  # photographs are a fifth as large as JPEG
+            if stem in ("figures-pictures", "fur-figures"):  # photographs are a fifth as large as JPEG
                 drawn[stem + end] = folder / f"{stem}{end}.jpg"
-                figure.savefig(drawn[stem + end], dpi=100, pil_kwargs={"quality": 90})
+                figure.savefig(drawn[stem + end], dpi=100, pil_kwargs={"quality": 90 if stem == "figures-pictures" else 75})
             else:
                 drawn[stem + end] = folder / f"{stem}{end}.png"
                 figure.savefig(drawn[stem + end], dpi=100, bbox_inches="tight", metadata={"Software": None})

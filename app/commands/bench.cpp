@@ -28,7 +28,8 @@ const std::vector<Measurement>& measurements() {
       {"samples",
        "Fits of the four samples of Wang et al. 2008; a quarter of an hour",
        {"inverse", "--section", "samples"}},
-      {"objects", "Every model of objects beside Monte Carlo", {"objects", "--section", "models"}}};
+      {"objects", "Every model of objects beside Monte Carlo", {"objects", "--section", "models"}},
+      {"fur", "Fur in shells beside the integral along rays", {"fur", "--section", "reference"}}};
   return all;
 }
 

@@ -187,8 +187,8 @@ other objects; of the model that solves transport it is noise alone.
   auto* made = command
                    ->add_option("--new-scene", arguments->new_scene,
                                 "Write a commented scene to OUT instead: of a run folder or .vdb, "
-                                "or of a published material such as marble")
-                   ->type_name("RUN|NAME");
+                                "of a mesh file, or of a published material such as marble")
+                   ->type_name("RUN|MESH|NAME");
   scene->excludes(made);
   auto* polycube =
       command

@@ -13,8 +13,11 @@
 #include "app/options/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
+#include "core/file_name.h"
+#include "core/process_memory.h"
 #include "forward/registry.h"
 #include "io/atomic_file.h"
+#include "io/mesh_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/verify.h"
 #include "render/scene/new_scene.h"
@@ -54,10 +57,12 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// A scene file, or the first scene of a run, its measured block between two lamps, which lies in
-/// `folder` as long as it is used.
+/// A scene file, or the first scene of a run, a volume or a mesh, the object between two lamps,
+/// which lies in `folder` as long as it is used.
 render::Scene scene_of(const std::string& path, std::optional<TemporaryFolder>& folder) {
-  if (!std::filesystem::is_directory(path)) return render::read_scene(path);
+  const bool is_object = std::filesystem::is_directory(path) || io::is_mesh_file(path) ||
+                         lower_extension(path) == ".vdb";
+  if (!is_object) return render::read_scene(path);
   folder.emplace();
   const std::filesystem::path file = folder->path() / "scene.json";
   io::write_text_atomically(file, render::new_scene(path, folder->path()));
@@ -123,6 +128,9 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
                                  {"model_ms", times.model_ms},
                                  {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
+                                 {"event_ms", times.event_ms},
+                                 {"event_processor_ms", times.event_processor_ms},
+                                 {"memory_bytes", peak_memory()},
                                  {"first_picture_s", times.first_picture_s},
                                  {"first_light_s", times.first_light_s},
                                  {"settled_s", times.settled_s},
@@ -139,8 +147,11 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
               times.last.elements, 100.0 * times.last.error().value_or(0.0));
   std::printf("since the start      first picture %.1f s, first light %.1f s, settled %.1f s\n",
               times.first_picture_s, times.first_light_s, times.settled_s);
-  std::printf("medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms\n",
-              times.light_ms, times.model_ms, times.frame_ms);
+  std::printf(
+      "medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms, from a change to "
+      "its "
+      "picture %.0f ms\n",
+      times.light_ms, times.model_ms, times.frame_ms, times.event_ms);
   for (const std::string& screenshot : times.screenshots) {
     std::printf("screenshot           %s\n", screenshot.c_str());
   }
@@ -160,7 +171,8 @@ void add_view(CLI::App& app, Globals& globals) {
       "view",
       R"(Turn lights round objects in a window, their diffusion solved again each time.
 
-SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.
+SCENE is what `kappamu render` takes; of a RUN or a .vdb file it is the measured block between
+two lamps, of a mesh file (OBJ, PLY, STL, glTF) its shape in marble.
 F1 in the window lists keys and mouse. A coarse picture comes first and sharpens while nothing
 moves, up to the tolerance. The window states model, error and what it computes.
 
@@ -183,7 +195,7 @@ slice NAME x|y|z N, photograph N, save, screenshot NAME, quit. docs/howto/view.m
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()
-      ->type_name("SCENE|RUN");
+      ->type_name("SCENE|RUN|MESH");
   add_model_options(
       *command, arguments->model,
       "Model of light; by itself of those that follow lights (\"live\", `kappamu render "
@@ -199,8 +211,9 @@ slice NAME x|y|z N, photograph N, save, screenshot NAME, quit. docs/howto/view.m
   command->add_option("--script", arguments->script, "Play this file with the window hidden")
       ->check(CLI::ExistingFile)
       ->type_name("FILE");
-  command->add_option("-o,--out", arguments->out, "Folder of the script's screenshots")
-      ->check(CLI::ExistingDirectory)
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "Folder of the script's screenshots; made if missing")
       ->type_name("OUT");
   command
       ->add_option(

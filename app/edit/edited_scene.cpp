@@ -1,11 +1,14 @@
 #include "app/edit/edited_scene.h"
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "forward/registry.h"
 #include "io/read_file.h"
 #include "pipeline/output_folder.h"
 #include "render/deform/deform_file.h"
+#include "render/hair/fur_file.h"
 
 namespace kappamu::app {
 
@@ -47,22 +50,38 @@ ordered_json measured(const ordered_json& before, const render::SceneObject& obj
   return json;
 }
 
+/// Fields of objects, materials and lights that name a file.
+bool names_file(const std::string& field) {
+  constexpr std::array fields{"mesh", "fitted_as",  "polycube",    "edits",      "volume",  "image",
+                              "file", "length_map", "density_map", "colour_map", "comb_map"};
+  return std::find(fields.begin(), fields.end(), field) != fields.end();
+}
+
+/// Names of files relative to `from` made relative to `folder`.
+void move_files(ordered_json& json, const fs::path& from, const fs::path& folder) {
+  for (auto& [field, value] : json.items()) {
+    if (value.is_structured()) {
+      move_files(value, from, folder);
+    } else if (value.is_string() && json.is_object() && names_file(field)) {
+      const fs::path file = pipeline::canonical_path(from / value.get<std::string>());
+      value = file.lexically_relative(folder).string();
+    }
+  }
+}
+
+bool edits_fur(const render::EditHistory& history) {
+  return std::any_of(history.list().begin(), history.list().end(),
+                     [](const auto& edit) { return edit->operation == render::Operation::fur; });
+}
+
 }  // namespace
 
 std::string edited_scene(const render::Scene& scene, std::size_t object,
                          const render::EditedObject& edited, const fs::path& folder) {
   ordered_json json = ordered_json::parse(io::read_text(scene.file));
   const fs::path from = pipeline::canonical_path(scene.file).parent_path();
-  const auto move = [&](ordered_json& in, const char* field) {
-    if (!in.contains(field)) return;
-    const fs::path file = pipeline::canonical_path(from / in[field].get<std::string>());
-    in[field] = file.lexically_relative(folder).string();
-  };
-  for (ordered_json& one : json["objects"]) {
-    for (const char* field : {"mesh", "polycube", "edits"}) move(one, field);
-    move(one["material"], "volume");
-  }
-  for (ordered_json& light : json["lights"]) move(light, "image");
+  move_files(json["objects"], from, folder);
+  move_files(json["lights"], from, folder);
 
   ordered_json& changed = json["objects"][object];
   changed.erase("edits");
@@ -73,6 +92,11 @@ std::string edited_scene(const render::Scene& scene, std::size_t object,
   const std::vector<render::Deformation> deformations = history.deformations();
   changed.erase("deform");
   if (!deformations.empty()) changed["deform"] = render::deformations_json(deformations);
+  if (std::optional<render::Fur> fur = scene.objects[object].fur;
+      fur && (scene.objects[object].edits || edits_fur(history))) {
+    history.change(*fur);
+    render::put_changes(*fur, changed["fur"]);
+  }
   // Coefficients in place of a name state no index.
   const std::optional<double> eta = material ? history.volume().eta : history.eta();
   if (eta) changed["surface"]["eta"] = *eta;

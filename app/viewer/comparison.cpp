@@ -5,48 +5,43 @@
 
 namespace kappamu::app {
 
-Comparison::Comparison(std::unique_ptr<render::LiveScene> scene, render::LiveQuestion held,
-                       std::string name, std::function<void()> ready)
-    : scene_(std::move(scene)),
+Comparison::Comparison(const render::Scene& scene, std::unique_ptr<render::LiveScene> live,
+                       render::LiveQuestion held, std::string name, std::function<void()> ready)
+    : scene_(std::move(live)),
       held_(std::move(held)),
       name_(std::move(name)),
-      display_(scene_->world()),
-      answers_(*scene_, std::move(ready)) {
-  answers_.ask(held_);
+      shown_(scene, *scene_, std::move(ready)) {
+  shown_.ask(held_);
 }
 
 void Comparison::light(const std::vector<render::Light>& lights) {
   held_.lights = lights;
-  display_.drop_traced();
-  answers_.ask(held_);
-}
-
-bool Comparison::update() {
-  std::optional<render::LiveAnswer> answer = answers_.take();
-  if (answer) {
-    if (!answer->moved.empty()) scene_->show(*answer);
-    display_.take(*answer, held_.lights);
-    answer_ = std::move(answer);
-    return true;
-  }
-  const std::optional<Answers::Traced> traced = answers_.take_picture();
-  if (traced) display_.take(*traced);
-  return traced.has_value();
+  shown_.ask(held_);
 }
 
 std::string Comparison::label() const {
   std::string text = name_;
-  if (answer_) text += ": " + answer_->model;
-  if (answer_ && !answer_->refused.empty()) text += ", " + answer_->refused;
-  if (answer_ && !answer_->shape_refused.empty()) text += ", " + answer_->shape_refused;
+  const render::LiveAnswer* answer = shown_.answer();
+  if (answer) text += ": " + answer->model;
+  if (answer && !answer->refused.empty()) text += ", " + answer->refused;
+  if (answer && !answer->shape_refused.empty()) text += ", " + answer->shape_refused;
   char number[48] = "";
-  if (const auto work = answers_.work_now()) {
+  if (const auto work = shown_.work_now()) {
     std::snprintf(number, sizeof(number), ", %s %.0f %%", work->refining ? "sharpening" : "solving",
                   100.0 * work->fraction);
-  } else if (answer_ && answer_->error()) {
-    std::snprintf(number, sizeof(number), ", error up to %.2g %%", 100.0 * *answer_->error());
+  } else if (answer && answer->error()) {
+    std::snprintf(number, sizeof(number), ", error up to %.2g %%", 100.0 * *answer->error());
   }
   return text + number;
+}
+
+void Beside::draw(const ViewState& state, const render::PictureView& view, Viewport at,
+                  Shown& in_hand) {
+  if (!comparison_) return;
+  at.x -= at.width;
+  Shown& other = comparison_->shown();
+  if (other.fur_canvas() != nullptr) other.fur_canvas()->apart_px = in_hand.fur_canvas()->apart_px;
+  other.draw(state, view, at);
 }
 
 }  // namespace kappamu::app

@@ -141,6 +141,7 @@ std::string summary_of(const render::Edit& edit) {
   add("mean free path", edit.mean_free_path_mm);
   if (!edit.published.empty()) text += " " + edit.published;
   for (const render::Deformation& one : edit.deformations) text += ", " + described(one);
+  if (edit.operation == Operation::fur) text += ", " + described(edit.fur);
   if (!edit.of_medium()) return text;
   return text + ", " + places[edit.where.index()];
 }

@@ -53,6 +53,14 @@ void Editing::preview(const render::Edit& edit) {
   });
 }
 
+void Editing::change_fur(std::size_t object, const render::FurChange& change) {
+  attempt([&] {
+    painter_.change_fur(object, change);
+    note_.clear();
+  });
+  changed_();
+}
+
 void Editing::obey_panel(Asked asked, const ViewState& state) {
   if (asked == Asked::preview || asked == Asked::keep) {
     preview(state.brush.edit(state.region.selection()));

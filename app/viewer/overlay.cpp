@@ -202,7 +202,7 @@ void draw_keys(ViewState& state) {
       {"Ctrl+Z, Ctrl+Shift+Z or Ctrl+Y", "undo, redo"},
       {"Ctrl+S", "save edits"},
       {"N", "panel on or off"},
-      {"drop a scene or a run", "open it"},
+      {"drop a scene, a run or a mesh", "open it"},
       {"F1", "this list"},
   };
   if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {

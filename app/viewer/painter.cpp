@@ -179,6 +179,24 @@ void Painter::take_back_shape(std::size_t object, const std::vector<render::Defo
   deform(object, before);
 }
 
+render::Fur Painter::fur(std::size_t object) const {
+  render::Fur fur = *scene_.objects[object].fur;
+  if (made(object) != nullptr) made(object)->history().change(fur);
+  return fur;
+}
+
+void Painter::change_fur(std::size_t object, const render::FurChange& change) {
+  if (change.empty()) return;
+  render::Edit edit;
+  edit.operation = render::Operation::fur;
+  edit.fur = change;
+  require_valid(edit);
+  cancel();
+  edited(object).history().try_edit(edit);
+  in_hand_ = object;
+  commit(object);
+}
+
 bool Painter::undo() {
   cancel();
   if (done_.empty()) return false;

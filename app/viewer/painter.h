@@ -98,6 +98,11 @@ class Painter {
   /// last edit made them, that edit is undone and cannot be redone.
   void take_back_shape(std::size_t object, const std::vector<render::Deformation>& before);
 
+  /// The object's fur: the scene's own, with the edits.
+  render::Fur fur(std::size_t object) const;
+  /// Edits it: one state. Throws InputError naming a value that no recipe may have.
+  void change_fur(std::size_t object, const render::FurChange& change);
+
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }
   /// Of the last edit of any object. Whether there was one.

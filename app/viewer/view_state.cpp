@@ -62,6 +62,23 @@ void ViewState::lay_out(int width, int height, double film_aspect) {
   area = halved ? half : whole;
 }
 
+void ViewState::turn_on(double seconds) {
+  constexpr double degrees_a_second = 30.0, longest_step_s = 0.2;
+  const double turn =
+      degrees_a_second * std::min(longest_step_s, seconds) * std::numbers::pi / 180.0;
+  drag_light(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()) *
+             render::towards(lights[lamp], centre));
+}
+
+render::PictureView ViewState::view(float density, int samples) const {
+  render::PictureView view;
+  view.camera = camera;
+  view.width = std::max(1, static_cast<int>(density * area.width));
+  view.height = std::max(1, static_cast<int>(density * area.height));
+  view.samples = samples;
+  return view;
+}
+
 void ViewState::orbit(double right_deg, double up_deg) {
   constexpr double degree = std::numbers::pi / 180.0;
   constexpr double nearest_pole = 1.0 * degree;

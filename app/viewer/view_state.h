@@ -95,7 +95,6 @@ struct ViewState {
   bool lights_changed = false;  ///< since the last question
   Compared compared = Compared::nothing;
   std::optional<Compared> asked_to_compare;
-  bool can_compare = true;
 
   /// The scene's own light and camera, and all its objects' box.
   static ViewState of(const render::Scene& scene, const render::World& world);
@@ -110,6 +109,8 @@ struct ViewState {
   void drag_light(const Eigen::Vector3d& direction) {
     set_light(render::turned_towards(lights[lamp], centre, direction));
   }
+  /// The light in hand after so long of turning round by itself [s].
+  void turn_on(double seconds);
   /// Handles lie on a sphere about `centre` that fits the picture [mm].
   double handle_radius() const;
   Eigen::Vector3d handle_of(std::size_t light) const {
@@ -119,6 +120,9 @@ struct ViewState {
   render::LookAt look(double aspect) const {
     return {camera.position_mm, camera.target_mm, camera.up, camera.fov_deg, aspect};
   }
+  /// The picture that the window's part for it shows, as it would be traced; `density`: pixels per
+  /// unit of screen coordinates.
+  render::PictureView view(float density, int samples) const;
   /// The camera about its target: to its right and upwards [degrees], short of the poles.
   void orbit(double right_deg, double up_deg);
   /// The camera's distance to its target, times `factor`.

@@ -32,6 +32,9 @@ struct ViewerOptions {
 struct ViewerTimes {
   int answers = 0, frames = 0;
   double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
+  /// From a light, edit or shape that changes to the picture of its answer, by the clock and by the
+  /// processor's time of all threads.
+  double event_ms = 0.0, event_processor_ms = 0.0;
   std::map<std::string, double> shape_ms{};  ///< answers to shapes that moved, by [M]'s mode
   double first_picture_s = 0.0, first_light_s = 0.0;  ///< since the command began
   double settled_s = 0.0;  ///< when the first answer was as exact as asked

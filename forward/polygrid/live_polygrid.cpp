@@ -23,6 +23,8 @@ constexpr double most_cells = 1.5e6;
 /// Of a cell and its three channels [bytes], and the share of the memory that all may take.
 constexpr double bytes_of_live_cell = 4500.0, memory_of_levels = 0.4;
 constexpr double most_places = 12'000.0;
+/// Beyond, a grid is one with an eighth of the cells, split: moving corners takes minutes.
+constexpr int most_made = 200'000;
 /// Beside a picture's own steps of 1/255.
 constexpr polygrid::PolygridAccuracy fine_accuracy{
     .linear_tolerance = 1e-3, .beam_remainder = 1e-3, .most_iterations = 200};
@@ -40,9 +42,19 @@ double LivePolygrid::beam_spacing_mm(const Surface& surface) {
   return std::sqrt(std::accumulate(surface.area.begin(), surface.area.end(), 0.0) / most_places);
 }
 
-LivePolygrid::LivePolygrid(const LiveBody& object, const ObjectOptions& options, Progress& progress)
+LivePolygrid::LivePolygrid(const LiveBody& object, int first_cells, const ObjectOptions& options,
+                           Progress& progress)
     : object_(object), device_(options.device), shape_(object.mesh) {
-  add(first_polygrid([&](int cells) { return polygrid_of(object, cells, progress); }));
+  const auto made = [&](int of) { return polygrid_of(object, of, progress); };
+  if (first_cells <= most_made) {
+    add(first_polygrid(first_cells, made));
+  } else {
+    int coarse = first_cells, splits = 0;
+    for (; coarse > most_made; ++splits) coarse /= 8;
+    Polygrid grid = first_polygrid(coarse, made);
+    for (; splits > 0; --splits) grid = polygrid::split(grid, object.mesh);
+    add(std::move(grid));
+  }
   double most = std::min(most_cells, memory_of_levels * main_memory() / bytes_of_live_cell);
   if (options.max_elements) most = std::min(most, static_cast<double>(*options.max_elements));
   for (auto cells = 8.0 * static_cast<double>(made_[0].diffusion->grid().cell.size());

@@ -17,9 +17,11 @@ class LivePolygrid final : public LiveModel {
   /// Of some 12,000 beams on all of the surface: their distance bounds the light's time and error.
   static double beam_spacing_mm(const Surface& surface);
 
-  /// Levels have eight times the cells of the one before, as many as [W]'s largest object, the
-  /// memory and `options.max_elements` allow. Throws InputError as make_polygrid() does.
-  LivePolygrid(const LiveBody& object, const ObjectOptions& options, Progress& progress);
+  /// The first level has some `first_cells`, each other one eight times those of the one before, as
+  /// many as [W]'s largest object, the memory and `options.max_elements` allow. Throws InputError
+  /// as make_polygrid() does.
+  LivePolygrid(const LiveBody& object, int first_cells, const ObjectOptions& options,
+               Progress& progress);
 
   int levels() const override { return levels_; }
   double beam_spacing_mm() const override { return beam_spacing_mm(object_.surface); }

@@ -14,15 +14,22 @@
 
 namespace kappamu::forward {
 
-Polygrid first_polygrid(const std::function<Polygrid(int)>& made) {
+Polygrid first_polygrid(int cells, const std::function<Polygrid(int)>& made) {
   constexpr int more_cells = 3, most_first_cells = 60'000;
-  for (int cells = PolygridModel::first_cells;; cells *= more_cells) {
+  for (;; cells *= more_cells) {
     try {
       return made(cells);
     } catch (const InputError&) {
       if (more_cells * cells > most_first_cells) throw;
     }
   }
+}
+
+void PolygridModel::describe(const OptionVisitor& visit) {
+  constexpr Bounds cells{.least = 100.0, .most = 2e6, .closed = true};
+  visit({"first_cells", "Polygrid", "", "", cells,
+         "Cells of the first polygrid; in the window that of moving lights"},
+        &first_cells_);
 }
 
 std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectProblem> problems,
@@ -40,7 +47,7 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
     return std::move(polygrid.grid);
   };
   const Stopwatch watch;
-  Polygrid first = first_polygrid(made);
+  Polygrid first = first_polygrid(first_cells_, made);
   const double making = watch.seconds();
   const PolygridMaker finer = [&](int cells) -> std::optional<Polygrid> {
     try {
@@ -60,7 +67,7 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
 
 std::unique_ptr<LiveModel> PolygridModel::keep(const LiveBody& object, const ObjectOptions& options,
                                                Progress& progress) {
-  return std::make_unique<LivePolygrid>(object, options, progress);
+  return std::make_unique<LivePolygrid>(object, first_cells_, options, progress);
 }
 
 ModelDescription polygrid_model() {

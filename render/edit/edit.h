@@ -16,6 +16,7 @@
 #include "core/grid.h"
 #include "core/names.h"
 #include "render/deform/deformation.h"
+#include "render/hair/fur.h"
 
 namespace kappamu::render {
 
@@ -97,16 +98,18 @@ enum class Operation {
   blend,     ///< f(v) = (1 − share)·v + share·a
   copy,      ///< f(v) = the coefficient of the voxel `offset_mm` away, before the edit
   surface,   ///< of the object's surface: η and roughness
-  deform     ///< of the object's shape: deformations after those before
+  deform,    ///< of the object's shape: deformations after those before
+  fur        ///< of the object's hair
 };
 /// Names of the file and of the command line.
-inline constexpr Names<Operation, 7> operation_names{{{"multiply", Operation::multiply},
+inline constexpr Names<Operation, 8> operation_names{{{"multiply", Operation::multiply},
                                                       {"add", Operation::add},
                                                       {"set", Operation::set},
                                                       {"blend", Operation::blend},
                                                       {"copy", Operation::copy},
                                                       {"surface", Operation::surface},
-                                                      {"deform", Operation::deform}}};
+                                                      {"deform", Operation::deform},
+                                                      {"fur", Operation::fur}}};
 
 /// a of an operation: one number for all channels, or one for each in the order of the edit's
 /// `channels`, else of the volume's; none: what it is of stays as it is.
@@ -124,6 +127,7 @@ struct Edit {
   std::optional<double> eta, roughness;   ///< of surface
   std::vector<Deformation> deformations;  ///< of deform
   bool instead = false;  ///< of deform: in place of all that the object has before the edit
+  FurChange fur;         ///< of fur
   std::vector<std::string> channels;  ///< empty: all
   Selection where;
   bool off = false;  ///< kept in the list, not done
@@ -133,14 +137,18 @@ struct Edit {
     return std::holds_alternative<WholeSelection>(where) && operation != Operation::copy;
   }
   /// Whether it is of κ and μ.
-  bool of_medium() const {
-    return operation != Operation::surface && operation != Operation::deform;
-  }
+  bool of_medium() const { return operation != Operation::surface && !of_form(); }
+  /// Whether it is of the object's shape or hair, which no volume has.
+  bool of_form() const { return operation == Operation::deform || operation == Operation::fur; }
   /// Those of an object after this edit, unless it is off.
   void deform_on(std::vector<Deformation>& before) const {
     if (off || operation != Operation::deform) return;
     if (instead) before.clear();
     before.insert(before.end(), deformations.begin(), deformations.end());
+  }
+  /// The object's fur after this edit, unless it is off.
+  void change(Fur& before) const {
+    if (!off && operation == Operation::fur) fur.change(before);
   }
   /// Whether places are named that only an object has, not a volume by itself.
   bool of_object() const;

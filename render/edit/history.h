@@ -3,7 +3,6 @@
 // volume gives equal bits, interactively, by a recipe and after any number of states taken back.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -13,42 +12,17 @@
 #include "io/volume/volume_set.h"
 #include "render/edit/edit.h"
 #include "render/edit/edited_body.h"
+#include "render/edit/voxel_edit.h"
 
 namespace kappamu::render {
 
-/// One coefficient pair with its standard deviations; those are 0 where the set has none.
-struct VoxelValue {
-  double kappa = 0.0, mu = 0.0, kappa_std = 0.0, mu_std = 0.0;
-};
-
-/// What an edit changes.
-struct VoxelDifference {
-  struct Change {
-    std::uint32_t voxel = 0;
-    VoxelValue before, after;
-  };
-  std::vector<std::vector<Change>> channels;  ///< one list per channel of the set
-  std::size_t held = 0;  ///< coefficients that the edit asked beyond the bounds of edit.h
-
-  std::size_t voxels() const;  ///< changed in at least one channel
-};
-
-/// `edit` on `set`, which it leaves as it is. Throws InputError naming a channel that the set
-/// lacks, a file that cannot be read, numbers that are not one per channel, and as select().
-///
-/// Standard deviations follow as of a linear map: a product scales them, a sum leaves them, a
-/// number that was set has zero, a copy brings its own. Edits of albedo and mean free path keep the
-/// ratio of deviation to value, and a set one has zero. Resolution and sensitivity stay those of
-/// the measurement.
-VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set,
-                              const EditedBody* body = nullptr);
-
 using EditList = std::vector<std::shared_ptr<const Edit>>;
 
-/// The object of a history while edits deform it.
+/// The object of a history while edits deform it, or change its fur.
 class EditedShapes {
  public:
   virtual ~EditedShapes() = default;
+  virtual bool has_fur() const = 0;
   virtual const std::vector<Deformation>& unedited() const = 0;
   /// The object with these deformations in place of the unedited ones; until the next call.
   virtual const EditedBody* body_of(const std::vector<Deformation>& deformations) = 0;
@@ -86,6 +60,8 @@ class EditHistory {
   std::optional<double> roughness() const { return surface(&Edit::roughness); }
   /// Of the object's shape: the unedited ones, and what the edits make of them.
   std::vector<Deformation> deformations() const;
+  /// Changes the unedited `fur` as the edits do, the one on trial included.
+  void change(Fur& fur) const;
 
   // Each returns what changed in volume(), as the changed voxels' number.
 

@@ -1,11 +1,12 @@
-// A recipe's file to Recipe and back: fields, types, bounds. Channels and images are checked where
+// A recipe's file to Recipe: fields, types, bounds. Channels and images are checked where
 // they are used (history.cpp, selection.cpp).
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "io/json_node.h"
 #include "render/deform/deform_file.h"
-#include "render/edit/edit.h"
+#include "render/edit/recipe_fields.h"
+#include "render/hair/fur_file.h"
 #include "render/material/published_materials.h"
 
 namespace kappamu::render {
@@ -14,7 +15,6 @@ namespace {
 
 using Node = io::JsonNode;
 using Eigen::Vector3d;
-using nlohmann::ordered_json;
 
 constexpr double largest_mm = 1e6, smallest_mm = 1e-6;
 constexpr double largest_factor = 1e6;
@@ -164,19 +164,6 @@ Selection selection_of(const Node& node, const std::filesystem::path& folder) {
   return WholeSelection{};
 }
 
-/// What v may be in the operations that state it, and the largest step of an addition.
-struct Range {
-  const char* name;
-  Amount Edit::*amount;
-  double smallest, largest;
-};
-constexpr double largest_albedo = 0.999999;
-const Range ranges[] = {{"kappa", &Edit::kappa, smallest_kappa_mm, largest_kappa_mm},
-                        {"mu", &Edit::mu, 0.0, largest_mu_per_mm},
-                        {"albedo", &Edit::albedo, smallest_albedo, largest_albedo},
-                        {"mean_free_path_mm", &Edit::mean_free_path_mm, 3.0 * smallest_kappa_mm,
-                         3.0 * largest_kappa_mm}};
-
 double amount_of(const Node& node, const Range& range, Operation operation) {
   if (operation == Operation::add) return node.number_between(-range.largest, range.largest);
   if (operation != Operation::multiply && range.name != std::string("kappa")) {
@@ -250,6 +237,11 @@ Edit edit_of(const Node& node, const std::filesystem::path& folder) {
     read_shape(node, edit);
     return edit;
   }
+  if (edit.operation == Operation::fur) {
+    node.expect_fields({"operation", "fur"}, {"off"});
+    edit.fur = read_fur_change(node["fur"]);
+    return edit;
+  }
   if (node.has("channels")) {
     for (const Node& channel : node["channels"].items(1)) edit.channels.push_back(channel.text());
   }
@@ -274,107 +266,6 @@ Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   if (edit.operation == Operation::blend) edit.share = node["share"].number_between(0.0, 1.0);
   edit.where = selection_of(node["where"], folder);
   return edit;
-}
-
-ordered_json json_of(const Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
-ordered_json json_of(const std::vector<Vector3d>& vectors) {
-  ordered_json list = ordered_json::array();
-  for (const Vector3d& v : vectors) list.push_back(json_of(v));
-  return list;
-}
-
-ordered_json json_of(const WholeSelection& /*where*/, const std::filesystem::path& /*folder*/) {
-  return {{"kind", "all"}};
-}
-
-/// The volume's frame is what a recipe means that states none.
-ordered_json with(Frame frame, ordered_json json) {
-  if (frame == Frame::object) json["frame"] = "object";
-  return json;
-}
-
-std::string json_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
-  return std::filesystem::proximate(file, folder).string();
-}
-
-ordered_json json_of(const BrushSelection& where, const std::filesystem::path& /*folder*/) {
-  ordered_json strokes = ordered_json::array();
-  for (const Stroke& stroke : where.strokes) {
-    strokes.push_back(
-        {{"points_mm", json_of(stroke.points_mm)}, {"inward", json_of(stroke.inward)}});
-  }
-  ordered_json json{{"kind", "brush"},
-                    {"strokes", std::move(strokes)},
-                    {"radius_mm", where.radius_mm},
-                    {"depth_mm", where.depth_mm},
-                    {"hardness", where.hardness}};
-  if (where.frame == Frame::volume) json["stretch"] = json_of(where.stretch);
-  return with(where.frame, json);
-}
-
-ordered_json json_of(const TextureSelection& where, const std::filesystem::path& folder) {
-  return {{"kind", "texture"},
-          {"image", json_of(where.image, folder)},
-          {"face", to_string(where.face)},
-          {"depth_mm", where.depth_mm}};
-}
-
-ordered_json json_of(const ProjectionSelection& where, const std::filesystem::path& folder) {
-  return {{"kind", "projection"},
-          {"image", json_of(where.image, folder)},
-          {"position_mm", json_of(where.position_mm)},
-          {"target_mm", json_of(where.target_mm)},
-          {"up", json_of(where.up)},
-          {"fov_deg", where.fov_deg},
-          {"from_mm", where.from_mm},
-          {"to_mm", where.to_mm}};
-}
-
-ordered_json json_of(const CoordinatesSelection& where, const std::filesystem::path& folder) {
-  return {{"kind", "coordinates"},
-          {"image", json_of(where.image, folder)},
-          {"from_mm", where.from_mm},
-          {"to_mm", where.to_mm}};
-}
-
-ordered_json json_of(const DepthSelection& where, const std::filesystem::path& /*folder*/) {
-  ordered_json json{{"kind", "depth"}, {"from_mm", where.from_mm}, {"to_mm", where.to_mm}};
-  if (where.frame == Frame::volume) {
-    json["faces"] = ordered_json::array();
-    for (const Face face : where.faces) json["faces"].push_back(to_string(face));
-  }
-  return with(where.frame, json);
-}
-
-ordered_json json_of(const BoxSelection& where, const std::filesystem::path& /*folder*/) {
-  return with(
-      where.frame,
-      {{"kind", "box"}, {"from_mm", json_of(where.from_mm)}, {"to_mm", json_of(where.to_mm)}});
-}
-
-ordered_json json_of(const Edit& edit, const std::filesystem::path& folder) {
-  ordered_json json{{"operation", name_of(operation_names, edit.operation)}};
-  if (edit.off) json["off"] = true;
-  if (edit.eta) json["eta"] = *edit.eta;
-  if (edit.roughness) json["roughness"] = *edit.roughness;
-  if (edit.operation == Operation::deform) json["deform"] = deformations_json(edit.deformations);
-  if (edit.instead) json["instead"] = true;
-  if (!edit.of_medium()) return json;
-  if (edit.operation == Operation::copy) json["offset_mm"] = json_of(edit.offset_mm);
-  if (!edit.volume.empty()) json["volume"] = json_of(edit.volume, folder);
-  if (edit.operation == Operation::blend) json["share"] = edit.share;
-  for (const Range& range : ranges) {
-    const Amount& amount = edit.*range.amount;
-    if (amount.size() == 1) json[range.name] = amount[0];
-    if (amount.size() > 1) json[range.name] = amount;
-  }
-  if (!edit.published.empty()) json["published"] = edit.published;
-  if (!edit.channels.empty()) json["channels"] = edit.channels;
-  json["where"] = std::visit([&](const auto& where) { return json_of(where, folder); }, edit.where);
-  return json;
 }
 
 }  // namespace
@@ -419,17 +310,8 @@ Recipe read_recipe(const std::filesystem::path& file) {
 void require_valid(const Edit& edit) {
   const std::filesystem::path folder = std::filesystem::current_path();
   const io::JsonDocument document =
-      io::JsonDocument::of_text(json_of(edit, folder).dump(), "this edit", "docs/formats.md");
+      io::JsonDocument::of_text(edit_json(edit, folder).dump(), "this edit", "docs/formats.md");
   edit_of(document.root(), folder);
-}
-
-std::string recipe_json(const Recipe& recipe, const std::filesystem::path& folder) {
-  ordered_json edits = ordered_json::array();
-  for (const Edit& edit : recipe.edits) edits.push_back(json_of(edit, folder));
-  ordered_json json{{"format", "kappamu-edit"}, {"version", 1}};
-  if (recipe.voxel_mm) json["voxel_mm"] = *recipe.voxel_mm;
-  json["edits"] = std::move(edits);
-  return json.dump(2) + "\n";
 }
 
 }  // namespace kappamu::render

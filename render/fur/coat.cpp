@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "io/image/image_file.h"
+#include "render/fur/placement.h"
 
 namespace kappamu::render {
 
@@ -47,9 +48,7 @@ void read_map(const TriangleMesh& mesh, const std::optional<std::filesystem::pat
   }
 }
 
-}  // namespace
-
-Coat coat_of(const TriangleMesh& mesh, const Fur& fur) {
+Coat coat_without_strokes(const TriangleMesh& mesh, const Fur& fur) {
   const std::size_t size = mesh.vertices.size();
   Coat coat{std::vector<float>(size, 1.0F), std::vector<float>(size, 1.0F),
             std::vector<Eigen::Array3f>(size, Eigen::Array3f::Ones()), std::vector<float>(size)};
@@ -65,6 +64,87 @@ Coat coat_of(const TriangleMesh& mesh, const Fur& fur) {
     coat.turn[v] = std::atan2(mean[1] - 0.5F, mean[0] - 0.5F);
   });
   return coat;
+}
+
+/// The share of the way to its own that a stroke leads length, density and colour.
+constexpr double strength = 0.5;
+
+}  // namespace
+
+CoatPainter::CoatPainter(const TriangleMesh& rest, const Fur& fur)
+    : rest_(rest), bare_(coat_without_strokes(rest, fur)), coat_(bare_) {}
+
+bool CoatPainter::goes_on(const Fur& fur) const {
+  if (drawn_.empty()) return true;
+  if (fur.comb != comb_ || fur.comb_turn_deg != comb_turn_deg_) return false;
+  if (fur.strokes.size() < drawn_.size()) return false;
+  for (std::size_t i = 0; i < drawn_.size(); ++i) {
+    const std::vector<Eigen::Vector3d>&now = fur.strokes[i].points_mm,
+          &before = drawn_[i].points_mm;
+    const bool last = i + 1 == drawn_.size();
+    if (!fur.strokes[i].same_brush(drawn_[i]) || now.size() < before.size() ||
+        (!last && now.size() > before.size()) ||
+        !std::equal(before.begin(), before.end(), now.begin())) {
+      return false;
+    }
+  }
+  return true;
+}
+
+const Coat& CoatPainter::of(const Fur& fur) {
+  if (!goes_on(fur)) {
+    coat_ = bare_;
+    drawn_.clear();
+  }
+  if (drawn_.empty() && !fur.strokes.empty()) {
+    frames_ = skin_frames(rest_, fur);
+    comb_ = fur.comb;
+    comb_turn_deg_ = fur.comb_turn_deg;
+  }
+  for (std::size_t i = drawn_.empty() ? 0 : drawn_.size() - 1; i < fur.strokes.size(); ++i) {
+    draw(fur.strokes[i], i < drawn_.size() ? drawn_[i].points_mm.size() : 1);
+  }
+  drawn_ = fur.strokes;
+  return coat_;
+}
+
+void CoatPainter::draw(const FurStroke& stroke, std::size_t first_point) {
+  for (std::size_t point = first_point; point < stroke.points_mm.size(); ++point) {
+    const Eigen::Vector3d &at = stroke.points_mm[point - 1], along = stroke.points_mm[point] - at;
+    for (std::size_t v = 0; v < rest_.vertices.size(); ++v) {
+      const double distance = (rest_.vertices[v] - at).norm() / stroke.radius_mm;
+      if (distance >= 1.0) continue;
+      const double weight = std::pow(1.0 - distance * distance, 2.0);
+      const auto lead = [&](float& value, double goal) {
+        value += static_cast<float>(strength * weight * (goal - static_cast<double>(value)));
+      };
+      switch (stroke.of) {
+        case FurStroke::Of::comb: {
+          const Eigen::Vector3d wanted = frames_[v].transpose() * along;
+          if (wanted.head<2>().norm() < 1e-9) break;
+          const auto turn = static_cast<double>(coat_.turn[v]);
+          const Eigen::Vector2d mixed =
+              (1.0 - weight) * Eigen::Vector2d(std::cos(turn), std::sin(turn)) +
+              weight * wanted.head<2>().normalized();
+          coat_.turn[v] = static_cast<float>(std::atan2(mixed.y(), mixed.x()));
+          break;
+        }
+        case FurStroke::Of::length:
+          lead(coat_.length[v], stroke.amount);
+          break;
+        case FurStroke::Of::density:
+          lead(coat_.density[v], stroke.amount);
+          break;
+        case FurStroke::Of::colour:
+          for (int c = 0; c < 3; ++c) lead(coat_.colour[v][c], stroke.colour[c]);
+          break;
+      }
+    }
+  }
+}
+
+Coat coat_of(const TriangleMesh& rest, const Fur& fur) {
+  return CoatPainter(rest, fur).of(fur);
 }
 
 }  // namespace kappamu::render

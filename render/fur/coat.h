@@ -1,5 +1,5 @@
 // How the hair of one object differs from place to place: length, density, colour and combing, from
-// images by the mesh's texture coordinates, or by a brush.
+// images by the mesh's texture coordinates, and strokes of a brush after them.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,9 +18,32 @@ struct Coat {
   std::vector<float> turn;             ///< of the comb about the outward normal [rad]
 };
 
-/// Ones and no turn, but where the fur has images. A vertex at a seam has the mean of its corners.
-/// Throws InputError naming the image's field where the mesh has no texture coordinates, and as
-/// io::read_relative_image().
-Coat coat_of(const TriangleMesh& mesh, const Fur& fur);
+/// The coat of a fur whose strokes grow and change: what it has drawn it keeps as long as it can.
+/// The result is the same to the last bit whatever it was asked before.
+class CoatPainter {
+ public:
+  /// Of the undeformed mesh, whose reference it keeps. Reads the fur's images. Throws InputError
+  /// naming the image's field where the mesh has no texture coordinates, and as
+  /// io::read_relative_image().
+  CoatPainter(const TriangleMesh& rest, const Fur& fur);
+
+  /// Of a fur with the same images.
+  const Coat& of(const Fur& fur);
+
+ private:
+  bool goes_on(const Fur& fur) const;
+  void draw(const FurStroke& stroke, std::size_t first_point);
+
+  const TriangleMesh& rest_;
+  Coat bare_, coat_;  ///< without strokes, and with those drawn
+  std::vector<FurStroke> drawn_;
+  std::vector<Eigen::Matrix3d> frames_;  ///< of the undeformed skin, where combing begins
+  Eigen::Vector3d comb_ = Eigen::Vector3d::Zero();
+  double comb_turn_deg_ = 0.0;
+};
+
+/// Ones and no turn, but where the fur has images and strokes. A vertex at a seam has the mean of
+/// its corners. Throws as CoatPainter.
+Coat coat_of(const TriangleMesh& rest, const Fur& fur);
 
 }  // namespace kappamu::render

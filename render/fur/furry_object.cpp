@@ -130,7 +130,7 @@ FurryObject::FurryObject(const WorldObject& object, const Fur& fur,
 FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurTiles& tiles,
                          FurReport& report, Progress& progress)
     : FurryObject(object, fur, named(object, [&] { return tiles.of(fur, progress); }),
-                  named(object, [&] { return coat_of(object.mesh, fur); })) {
+                  named(object, [&] { return coat_of(object.rest, fur); })) {
   for (const HairCoat& coat : HairOptions{}.coats) {
     report.hairs += static_cast<int>(std::lround(fur.density * coat.hairs));
   }

@@ -56,9 +56,7 @@ std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, con
   return frames;
 }
 
-Placement::Placement(const TriangleMesh& mesh, const std::vector<SkinFrame>& frames, double tile_mm,
-                     std::uint64_t seed)
-    : mesh_(mesh), frames_(frames), tile_mm_(tile_mm), at_vertex_(mesh.vertices.size()) {
+void require_tile(const TriangleMesh& mesh, double tile_mm) {
   double longest = 0.0;
   for (const auto& t : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -71,6 +69,12 @@ Placement::Placement(const TriangleMesh& mesh, const std::vector<SkinFrame>& fra
     throw InputError("fur: tile_mm is " + std::to_string(tile_mm) + " and the mesh's edges are " +
                      std::to_string(longest) + " mm long; write a tile_mm of at least twice that");
   }
+}
+
+Placement::Placement(const TriangleMesh& mesh, const std::vector<SkinFrame>& frames, double tile_mm,
+                     std::uint64_t seed)
+    : mesh_(mesh), frames_(frames), tile_mm_(tile_mm), at_vertex_(mesh.vertices.size()) {
+  require_tile(mesh, tile_mm);
   std::vector<std::size_t> order(mesh.vertices.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -23,10 +23,12 @@ std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur);
 /// The same turned by the coat about the normals.
 std::vector<SkinFrame> skin_frames(const TriangleMesh& mesh, const Fur& fur, const Coat& coat);
 
+/// Throws InputError where a tile is smaller than two of the mesh's edges.
+void require_tile(const TriangleMesh& mesh, double tile_mm);
+
 class Placement {
  public:
-  /// Keeps references to mesh and frames. Throws InputError where the tile is smaller than two of
-  /// the mesh's edges.
+  /// Keeps references to mesh and frames. Throws InputError as require_tile().
   Placement(const TriangleMesh& mesh, const std::vector<SkinFrame>& frames, double tile_mm,
             std::uint64_t seed);
 

@@ -62,6 +62,8 @@ class LiveScene {
   std::optional<Picture> traced(const PictureView& view, Progress& progress);
 
  private:
+  /// Of [M] 5.5: nothing is kept.
+  static constexpr const char* anew_mode = "on the fly";
   /// A model at one of its levels.
   using Step = std::pair<std::string, int>;
   /// What is known of a step.

@@ -53,6 +53,7 @@ class EditedObject : public EditedShapes {
     std::unique_ptr<RayCaster> rays;
     std::unique_ptr<EditedBody> body;
   };
+  bool has_fur() const override { return object_.fur.has_value(); }
   const std::vector<Deformation>& unedited() const override { return object_.deform_unedited; }
   const EditedBody* body_of(const std::vector<Deformation>& deformations) override;
   std::unique_ptr<EditedBody> make_body(const TriangleMesh& mesh, const RayCaster& rays,

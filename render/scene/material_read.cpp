@@ -7,7 +7,7 @@
 #include "render/material/attenuation.h"
 #include "render/material/published_materials.h"
 #include "render/material/subsurface.h"
-#include "render/scene/node_values.h"
+#include "render/node_values.h"
 
 namespace kappamu::render {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "io/mesh_file.h"
 #include "io/volume/volume_file.h"
 #include "render/material/published_materials.h"
 #include "render/scene/measured_reflectance.h"
@@ -14,11 +14,15 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// How a scene in `folder` names a file.
+std::string named_from(const std::filesystem::path& folder, const std::string& file) {
+  const std::filesystem::path from = std::filesystem::absolute(folder / ".").lexically_normal();
+  return std::filesystem::absolute(file).lexically_normal().lexically_relative(from).string();
+}
+
 ordered_json block_object(const std::string& material, const std::filesystem::path& folder) {
   const GridShape shape = io::read_volume(io::find_shown_volume(material)).shape();
   const double h = shape.voxel_mm;
-  const std::filesystem::path absolute = std::filesystem::absolute(material).lexically_normal();
-  const std::filesystem::path from = std::filesystem::absolute(folder / ".").lexically_normal();
   ordered_json surface{
       {"_comment", "\"eta\" is the volume's where it states one; roughness is GGX's alpha"},
       {"roughness", 0.15}};
@@ -37,35 +41,46 @@ ordered_json block_object(const std::string& material, const std::filesystem::pa
        {{"_comment",
          "\"placement\": \"stretch\" fits the volume to the object's box; \"repeat\" and "
          "\"mirror\" tile it at its true scale, with \"turn_deg\" and \"offset_mm\""},
-        {"volume", absolute.lexically_relative(from).string()},
+        {"volume", named_from(folder, material)},
         {"placement", "stretch"}}},
       {"surface", surface}};
 }
 
-ordered_json sphere_object(const std::string& material) {
-  return {{"_comment", "for another shape write \"mesh\": a file (OBJ, PLY, STL, glTF)"},
-          {"name", "sphere"},
-          {"shape", "sphere"},
-          {"size_mm", 20},
-          {"material",
-           {{"_comment",
-             "or \"volume\": a run folder; or \"reduced_scattering_per_mm\" and "
-             "\"absorption_per_mm\" of R, G, B"},
-            {"published", material}}},
-          {"surface", {{"_comment", "roughness is GGX's alpha"}, {"roughness", 0.15}}}};
+/// Without a mesh a sphere.
+ordered_json homogeneous_object(const std::string& material, const std::string& mesh = {}) {
+  ordered_json object{
+      {"_comment", "for another shape write \"mesh\": a file (OBJ, PLY, STL, glTF)"}};
+  if (mesh.empty()) {
+    object["name"] = object["shape"] = "sphere";
+  } else {
+    object["_comment"] = "size_mm: the longest edge of its box, whatever the file's unit is";
+    object["name"] = std::filesystem::path(mesh).stem().string();
+    object["mesh"] = mesh;
+  }
+  object["size_mm"] = 20;
+  object["material"] = {{"_comment",
+                         "or \"volume\": a run folder; or \"reduced_scattering_per_mm\" and "
+                         "\"absorption_per_mm\" of R, G, B"},
+                        {"published", material}};
+  object["surface"] = {{"_comment", "roughness is GGX's alpha"}, {"roughness", 0.15}};
+  return object;
+}
+
+/// The object that `what` is or is to be made of.
+ordered_json object_of(const std::string& what, const std::filesystem::path& folder) {
+  const std::vector<std::string> published = published_material_names();
+  if (std::find(published.begin(), published.end(), what) != published.end()) {
+    return homogeneous_object(what);
+  }
+  if (!std::filesystem::exists(what)) published_material(what);  // says which names there are
+  if (io::is_mesh_file(what)) return homogeneous_object("marble", named_from(folder, what));
+  return block_object(what, folder);
 }
 
 }  // namespace
 
-std::string new_scene(const std::string& material, const std::filesystem::path& folder) {
-  const std::vector<std::string> published = published_material_names();
-  const bool is_published =
-      std::find(published.begin(), published.end(), material) != published.end();
-  if (!is_published && !std::filesystem::exists(material)) {
-    published_material(material);  // says which names there are
-  }
-  const ordered_json object =
-      is_published ? sphere_object(material) : block_object(material, folder);
+std::string new_scene(const std::string& what, const std::filesystem::path& folder) {
+  const ordered_json object = object_of(what, folder);
   double size = 0.0;
   if (object["size_mm"].is_array()) {
     for (const double edge : object["size_mm"]) size = std::max(size, edge);

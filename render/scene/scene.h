@@ -16,6 +16,7 @@
 #include "core/options/options.h"
 #include "render/colour.h"
 #include "render/deform/deformation.h"
+#include "render/hair/fur.h"
 #include "render/material/homogeneous.h"
 #include "render/material/pattern.h"
 #include "render/material/shell.h"
@@ -43,30 +44,6 @@ struct Finish {
   std::optional<double> eta;  ///< relative refractive index; none: the material's, or 1.3
   double roughness = 0.1;     ///< α of GGX; 0: a mirror
   SurfaceDetail detail{};
-};
-
-/// Hair on an object's skin (docs/fur.md).
-struct Fur {
-  double length_mm = 1.0;         ///< of the longest hairs, along the normal
-  std::optional<double> tile_mm;  ///< width of the tile that repeats; none: twice the length
-  double width = 1.0;             ///< factor on the hairs' widths, at most 1
-  double density = 1.0;           ///< factor on a tile's 55,000 hairs
-  double curl = 0.3;              ///< tip's largest distance from a straight hair, over its length
-  double lean = 0.4;              ///< along the comb: displacement over height
-  Eigen::Vector3d comb = -Eigen::Vector3d::UnitY();  ///< in the object's frame, laid on the skin
-  double comb_turn_deg = 0.0;                        ///< of the comb about the outward normal
-  Colour root_colour{0.25, 0.15, 0.08}, tip_colour{0.85, 0.65, 0.40};
-  double variation = 0.2;                  ///< of the colour between hairs, up to
-  std::string reflectance = "kajiya-kay";  ///< or "marschner", or "even"
-  double shine = 0.3;                      ///< share of the highlights
-  bool fins = true;                        ///< at silhouettes
-  int bands = 5, rays = 1024;              ///< of the transfer
-  std::uint64_t seed = 1;
-  /// Images by the mesh's texture coordinates (render/fur/coat.h): factors on length, density and
-  /// colour; red and green of the comb's are its direction along and across `comb`, 0.5 is none.
-  std::optional<std::filesystem::path> length_map, density_map, colour_map, comb_map;
-
-  double tile() const { return tile_mm.value_or(2.0 * length_mm); }
 };
 
 struct SceneObject {

@@ -4,12 +4,15 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "forward/registry.h"
 #include "io/json_node.h"
+#include "io/mesh_file.h"
 #include "render/deform/deform_file.h"
 #include "render/edit/edit.h"
+#include "render/hair/fur_file.h"
+#include "render/node_values.h"
 #include "render/scene/material_read.h"
-#include "render/scene/node_values.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {
@@ -72,48 +75,6 @@ Finish read_finish(const Node& node, const std::filesystem::path& folder) {
   return finish;
 }
 
-Fur read_fur(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"length_mm"},
-                     {"tile_mm",     "width",         "density",     "curl",       "lean",
-                      "comb",        "comb_turn_deg", "root_colour", "tip_colour", "variation",
-                      "reflectance", "shine",         "fins",        "bands",      "rays",
-                      "seed",        "length_map",    "density_map", "colour_map", "comb_map"});
-  Fur fur;
-  fur.length_mm = length_of(node["length_mm"]);
-  const auto number = [&](const char* field, double smallest, double largest, double& value) {
-    if (node.has(field)) value = node[field].number_between(smallest, largest);
-  };
-  if (node.has("tile_mm")) {
-    fur.tile_mm = node["tile_mm"].number_between(0.1 * fur.length_mm, 20.0 * fur.length_mm);
-  }
-  number("width", 0.01, 1.0, fur.width);
-  number("density", 0.0, 20.0, fur.density);
-  number("curl", 0.0, 4.0, fur.curl);
-  number("lean", 0.0, 4.0, fur.lean);
-  if (node.has("comb")) fur.comb = direction_of(node["comb"]);
-  number("comb_turn_deg", -360.0, 360.0, fur.comb_turn_deg);
-  if (node.has("root_colour")) fur.root_colour = colour_of(node["root_colour"], 1.0);
-  if (node.has("tip_colour")) fur.tip_colour = colour_of(node["tip_colour"], 1.0);
-  number("variation", 0.0, 1.0, fur.variation);
-  if (node.has("reflectance")) {
-    fur.reflectance = node["reflectance"].choice({"kajiya-kay", "marschner", "even"});
-  }
-  number("shine", 0.0, 1.0, fur.shine);
-  if (node.has("fins")) fur.fins = node["fins"].flag();
-  if (node.has("bands")) fur.bands = whole_number(node["bands"], 1, 6);
-  if (node.has("rays")) fur.rays = whole_number(node["rays"], 16, 65536);
-  if (node.has("seed"))
-    fur.seed = static_cast<std::uint64_t>(whole_number(node["seed"], 0, 1 << 30));
-  const auto map = [&](const char* field, std::optional<std::filesystem::path>& file) {
-    if (node.has(field)) file = path_of(node[field], folder);
-  };
-  map("length_map", fur.length_map);
-  map("density_map", fur.density_map);
-  map("colour_map", fur.colour_map);
-  map("comb_map", fur.comb_map);
-  return fur;
-}
-
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields(
       {"name", "size_mm", "material"},
@@ -130,7 +91,10 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("deform")) object.deform = read_deformations(node["deform"]);
   object.deform_unedited = object.deform;
   if (object.edits) {
-    for (const Edit& edit : read_recipe(*object.edits).edits) edit.deform_on(object.deform);
+    for (const Edit& edit : read_recipe(*object.edits).edits) {
+      edit.deform_on(object.deform);
+      if (object.fur) edit.change(*object.fur);
+    }
   }
   return object;
 }
@@ -314,6 +278,11 @@ void add_files(const Material& material, std::vector<std::filesystem::path>& fil
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file) {
+  if (io::is_mesh_file(file) || lower_extension(file) == ".vdb" || is_directory(file)) {
+    throw InputError(
+        file.string() + ": is no scene; have a first scene of it written, and give that",
+        {{"new_scene"}});
+  }
   return scene_of({file, page, io::JsonComments::allowed}, file);
 }
 

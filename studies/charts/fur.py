@@ -1,7 +1,12 @@
 """`kappamu-studies fur`: shells against rays."""
+import pathlib
+
+import matplotlib.pyplot as plt
 import numpy
 
 from charts.common import COLOURS, MARKS, dress, flat, panels, provenance, unique
+
+GAP = 4  # pixels between pictures of a sheet
 
 
 def reference(record):
@@ -43,3 +48,30 @@ def numbers(record):
     """Rows, and the numbers beside them."""
     beside = "".join(f"{name}: {value:.3g}\n\n" for name, value in record.items() if isinstance(value, float))
     return {}, {"": provenance(record) + "\n" + flat(record["rows"], list(record["rows"][0])) + "\n" + beside}
+
+
+def sheets(record):
+    """The pictures of each of [K]'s figures on one sheet, as large as they were drawn."""
+    made = {}
+    def of(row):
+        return row["picture"].split("-")[1]
+    for figure in unique(record["rows"], of):
+        names = [row["picture"] for row in record["rows"] if of(row) == figure]
+        made["-" + figure] = sheet([plt.imread(pathlib.Path(record["folder"]) / f"{name}.png")[..., :3] for name in names])
+    return made, {}
+
+
+def sheet(pictures):
+    """Two in a row."""
+    height, width = pictures[0].shape[:2]
+    columns = min(2, len(pictures))
+    rows = -(-len(pictures) // columns)
+    whole = numpy.ones((rows * (height + GAP) - GAP, columns * (width + GAP) - GAP, 3))
+    for k, picture in enumerate(pictures):
+        y, x = (k // columns) * (height + GAP), (k % columns) * (width + GAP)
+        whole[y:y + height, x:x + width] = picture
+    figure = plt.figure(figsize=(whole.shape[1] / 100, whole.shape[0] / 100))
+    ax = figure.add_axes([0, 0, 1, 1])
+    ax.imshow(whole, interpolation="nearest")
+    ax.axis("off")
+    return figure

@@ -265,6 +265,60 @@ TEST(Coat, IsReadWhereTheMapHasIt) {
   }
 }
 
+/// Strokes drawn while they grow, some taken back, are those drawn at once, to the last bit.
+TEST(Coat, IsTheSameStrokeByStroke) {
+  const TriangleMesh mesh = sphere_mesh(5.0, 24);
+  Fur fur;
+  FurStroke comb{FurStroke::Of::comb, {}, 3.0}, colour{FurStroke::Of::colour, {}, 2.0};
+  colour.colour = {0.1, 1.0, 0.2};
+  const auto on_ball = [](double angle) {
+    return Vector3d(5.0 * std::sin(angle), 0.3, 5.0 * std::cos(angle));
+  };
+  CoatPainter painter(mesh, fur);
+  fur.strokes = {comb};
+  fur.strokes[0].points_mm = {on_ball(0.0), on_ball(0.1)};
+  for (int i = 2; i < 9; ++i) {
+    fur.strokes[0].points_mm.push_back(on_ball(0.1 * i));
+    painter.of(fur);
+  }
+  const Fur combed = fur;
+  fur.strokes.push_back(colour);
+  fur.strokes[1].points_mm = {on_ball(0.5), on_ball(0.6), on_ball(0.7)};
+  painter.of(fur);
+  const auto expect_same = [](const Coat& a, const Coat& b) {
+    EXPECT_EQ(a.length, b.length);
+    EXPECT_EQ(a.density, b.density);
+    EXPECT_EQ(a.turn, b.turn);
+    for (std::size_t v = 0; v < a.colour.size(); ++v) {
+      EXPECT_TRUE((a.colour[v] == b.colour[v]).all()) << v;
+    }
+  };
+  const Coat both = coat_of(mesh, fur);
+  expect_same(painter.of(fur), both);
+  expect_same(painter.of(combed), coat_of(mesh, combed));
+  expect_same(painter.of(fur), both);
+  // Combed along the stroke where it went; elsewhere the coat is as it was.
+  const std::vector<SkinFrame> frames = skin_frames(mesh, fur, both);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if ((mesh.vertices[v] - on_ball(0.4)).norm() < 0.8) {
+      EXPECT_GT(frames[v].col(0).x(), 0.8) << v;
+    }
+    if (mesh.vertices[v].z() < -1.0) {
+      EXPECT_EQ(both.turn[v], 0.0F);
+    }
+  }
+  // Another direction of the scene's comb: strokes still lead where they went.
+  fur.comb_turn_deg = 70.0;
+  const Coat turned = painter.of(fur);
+  expect_same(turned, coat_of(mesh, fur));
+  const std::vector<SkinFrame> again = skin_frames(mesh, fur, turned);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if ((mesh.vertices[v] - on_ball(0.4)).norm() < 0.8) {
+      EXPECT_GT(again[v].col(0).x(), 0.8) << v;
+    }
+  }
+}
+
 TEST(Coat, NeedsTextureCoordinates) {
   Fur fur;
   fur.density_map = halves("fur_halves.png");
@@ -277,7 +331,7 @@ TEST(Coat, GrowsHairWhereTheMapIsBright) {
   std::vector<std::string> warnings;
   World world(scene, warnings);
   WorldObject object = world.objects()[0].copy();
-  object.mesh = textured_ball();
+  object.rest = object.mesh = textured_ball();
   Fur fur = *scene.objects[0].fur;
   fur.rays = 16;
   fur.density_map = halves("fur_halves.png");

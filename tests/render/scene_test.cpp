@@ -72,7 +72,10 @@ json full_scene() {
        "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
                "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3,
-               "length_map": "length.png", "density_map": "density.png", "colour_map": "colour.png", "comb_map": "comb.png"}},
+               "length_map": "length.png", "density_map": "density.png", "colour_map": "colour.png", "comb_map": "comb.png",
+               "strokes": [{"brush": "comb", "points_mm": [[0, 0, 2.5], [0, 1, 2.4]], "radius_mm": 1},
+                           {"brush": "density", "points_mm": [[0, 0, 2.5], [0, 1, 2.4]], "radius_mm": 1, "amount": 0},
+                           {"brush": "colour", "points_mm": [[0, 0, 2.5], [0, 1, 2.4]], "radius_mm": 1, "colour": 0.5}]}},
       {"name": "d", "shape": "sphere", "size_mm": 5, "position_mm": [30, 0, 0],
        "material": {"volume": "run", "placement": "shell", "up": [0, 0, 1], "scale": 0.5,
                     "texture_size_mm": [20, 30], "core": "mean-values", "seed": 4}},
@@ -211,6 +214,9 @@ std::vector<Edited> bad_scenes() {
        "objects[2].fur.tile_mm is 0"},
       {"hair of no model", [](json& s) { s["objects"][2]["fur"]["reflectance"] = "phong"; },
        "objects[2].fur.reflectance is 'phong'"},
+      {"a stroke over fur of no brush",
+       [](json& s) { s["objects"][2]["fur"]["strokes"][0]["brush"] = "scissors"; },
+       "objects[2].fur.strokes[0].brush is 'scissors'"},
       {"seven bands", [](json& s) { s["objects"][2]["fur"]["bands"] = 7; },
        "objects[2].fur.bands is 7"},
       {"a deformation of no kind", [](json& s) { s["objects"][1]["deform"][0].erase("kind"); },
@@ -283,6 +289,8 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_FALSE(scene.objects[2].fur->fins);
   EXPECT_EQ(scene.objects[2].fur->rays, 128);
   ASSERT_TRUE(scene.objects[2].fur->comb_map);
+  ASSERT_EQ(scene.objects[2].fur->strokes.size(), 3U);
+  EXPECT_EQ(scene.objects[2].fur->strokes[1].of, FurStroke::Of::density);
   EXPECT_EQ(scene.objects[2].fur->comb_map->filename(), "comb.png");
   ASSERT_EQ(scene.lights.size(), 5U);
   EXPECT_EQ(std::get<DirectionalLight>(scene.lights[0]).direction, -Eigen::Vector3d::UnitY());
@@ -359,6 +367,21 @@ TEST_F(SceneFile, NewSceneOfARunNamesItsVolume) {
   EXPECT_EQ(block.boundary.eta, 1.45);
   EXPECT_NEAR(block.media.channels[1]->at({0.1, 0.2, 0.3}).kappa, 0.2, 1e-6);
   EXPECT_THROW(new_scene((folder_ / "nothing").string(), folder_), InputError);
+}
+
+TEST_F(SceneFile, NewSceneOfAMeshWearsMarble) {
+  std::filesystem::create_directories(folder_ / "meshes");
+  write("meshes/my cube.obj",
+        "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 0 0 9\nv 9 0 9\nv 9 9 9\nv 0 9 9\n"
+        "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+  const std::string mesh = (folder_ / "meshes" / "my cube.obj").string();
+  write("scene.json", new_scene(mesh, folder_));
+  std::vector<std::string> warnings;
+  const World world(read_scene(folder_ / "scene.json"), warnings);
+  EXPECT_EQ(world.objects()[0].name, "my cube");
+  EXPECT_NEAR(bounding_box(world.objects()[0].mesh).sizes().maxCoeff(), 20.0, 1e-9);
+  EXPECT_THAT(sentence_of([&] { read_scene(mesh); }), HasSubstr("is no scene"));
+  EXPECT_THAT(sentence_of([&] { read_scene(folder_); }), HasSubstr("is no scene"));
 }
 
 std::string refusal_of(const Scene& scene) {

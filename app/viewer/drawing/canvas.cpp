@@ -277,11 +277,6 @@ void Canvas::draw(const Seen& seen, const Viewport& at) {
   glDisable(GL_CULL_FACE);
 }
 
-void Canvas::bind(const Viewport& at) const {
-  glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
-  glViewport(at.x, at.y, at.width, at.height);
-}
-
 void Canvas::end() {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, fine_frame_);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);

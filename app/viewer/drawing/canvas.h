@@ -59,8 +59,6 @@ class Canvas {
   void begin(int width, int height);
   /// Into what is bound: its own picture, or another canvas'.
   void draw(const Seen& seen, const Viewport& at);
-  /// Draws go to this part of the picture again, after another target.
-  void bind(const Viewport& at) const;
   /// Leaves the picture bound, so that a panel can be drawn over it.
   void end();
   void show(int window_width, int window_height) const;

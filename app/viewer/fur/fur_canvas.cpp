@@ -158,6 +158,8 @@ void FurCanvas::draw(Canvas& canvas, const Seen& seen, const Viewport& at, const
   for (std::size_t i = 0; i < coats_.size(); ++i) {
     if (model.shown(i).tile) upload(model.shown(i), coats_[i]);
   }
+  GLint target = 0;  // of this canvas, or of another that it is drawn into
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &target);
   resize(at.width, at.height);
   glBindFramebuffer(GL_FRAMEBUFFER, frame_);
   glDisable(GL_BLEND);
@@ -178,7 +180,8 @@ void FurCanvas::draw(Canvas& canvas, const Seen& seen, const Viewport& at, const
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
   glDisable(GL_DEPTH_TEST);
-  canvas.bind(at);
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(target));
+  glViewport(at.x, at.y, at.width, at.height);
   glUseProgram(whole_);
   glUniform1f(glGetUniformLocation(whole_, "exposure"),
               static_cast<float>(seen.exposure.value_or(1.0)));

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+
+#include "core/error.h"
 
 namespace kappamu::app {
 
@@ -9,32 +12,38 @@ namespace {
 
 class FurGroup final : public PanelGroup {
  public:
-  FurGroup(FurModel& model, FurCanvas& canvas) : model_(model), canvas_(canvas) {}
+  FurGroup(FurModel& model, Painter& painter, FurCanvas& canvas)
+      : model_(model), painter_(painter), canvas_(canvas) {}
   const char* title() const override { return "fur"; }
 
   Asked draw(const PanelNumbers& numbers, ViewState& state) override {
     if (model_.coats() > 1) choose_coat();
     const FurModel::Shown& shown = model_.shown(coat_);
     render::Fur fur = shown.fur;
-    bool changed =
-        slider("length", 0.02 * state.radius_mm, 0.5 * state.radius_mm, "%.2f mm", fur.length_mm);
-    changed = slider("density", 0.0, 4.0, "%.2f", fur.density) || changed;
-    changed = slider("width", 0.05, 1.0, "%.2f", fur.width) || changed;
-    changed = slider("curl", 0.0, 2.0, "%.2f", fur.curl) || changed;
-    changed = slider("lean", 0.0, 2.0, "%.2f", fur.lean) || changed;
-    changed = slider("comb turned", -180.0, 180.0, "%.0f deg", fur.comb_turn_deg) || changed;
-    changed = colour("roots", fur.root_colour) || changed;
-    changed = colour("tips", fur.tip_colour) || changed;
-    changed = slider("variation", 0.0, 1.0, "%.2f", fur.variation) || changed;
-    changed = slider("shine", 0.0, 1.0, "%.2f", fur.shine) || changed;
+    bool changed = false, kept = false;
+    const auto follow = [&](bool moved) {
+      changed = moved || changed;
+      kept = ImGui::IsItemDeactivatedAfterEdit() || kept;
+    };
+    follow(
+        slider("length", 0.02 * state.radius_mm, 0.5 * state.radius_mm, "%.2f mm", fur.length_mm));
+    follow(slider("density", 0.0, 4.0, "%.2f", fur.density));
+    follow(slider("width", 0.05, 1.0, "%.2f", fur.width));
+    follow(slider("curl", 0.0, 2.0, "%.2f", fur.curl));
+    follow(slider("lean", 0.0, 2.0, "%.2f", fur.lean));
+    follow(slider("comb turned", -180.0, 180.0, "%.0f deg", fur.comb_turn_deg));
+    follow(colour("roots", fur.root_colour));
+    follow(colour("tips", fur.tip_colour));
+    follow(slider("variation", 0.0, 1.0, "%.2f", fur.variation));
+    follow(slider("shine", 0.0, 1.0, "%.2f", fur.shine));
     constexpr std::array models{"even", "kajiya-kay", "marschner"};
     int model = 0;
     while (model < 2 && fur.reflectance != models[static_cast<std::size_t>(model)]) ++model;
     if (ImGui::Combo("reflectance", &model, "even\0Kajiya-Kay\0Marschner\0")) {
       fur.reflectance = models[static_cast<std::size_t>(model)];
-      changed = true;
+      changed = kept = true;
     }
-    if (changed) model_.set(coat_, fur);
+    const bool edited = obey(fur, changed, kept);
     draw_brush(state);
     auto apart = static_cast<float>(canvas_.apart_px);
     ImGui::SliderFloat("shells apart", &apart, 0.25F, 8.0F, "%.2f px",
@@ -46,10 +55,31 @@ class FurGroup final : public PanelGroup {
     ImGui::Text("placing    %.0f ms, %d patches", shown.place_ms, static_cast<int>(shown.patches));
     ImGui::Text("light      %.0f ms", shown.light_ms);
     if (model_.making(coat_)) ImGui::TextColored(amber, "a tile is being made");
-    return Asked::nothing;
+    for (const std::string& fault : {fault_, shown.fault}) {
+      if (!fault.empty()) ImGui::TextWrapped("%s", fault.c_str());
+    }
+    return edited ? Asked::changed : Asked::nothing;
   }
 
  private:
+  /// Whether there is an edit.
+  bool obey(const render::Fur& fur, bool changed, bool kept) {
+    const std::size_t object = model_.shown(coat_).object;
+    try {
+      if (changed) {
+        model_.set(coat_, fur);
+        fault_.clear();
+      }
+      if (kept) {
+        painter_.change_fur(object,
+                            render::change_between(painter_.fur(object), model_.shown(coat_).fur));
+      }
+    } catch (const InputError& error) {
+      fault_ = error.what();
+    }
+    return kept;
+  }
+
   static bool slider(const char* name, double low, double high, const char* format, double& value) {
     auto shown = static_cast<float>(value);
     if (!ImGui::SliderFloat(name, &shown, static_cast<float>(low), static_cast<float>(high),
@@ -84,28 +114,29 @@ class FurGroup final : public PanelGroup {
     bool held = state.tool == Tool::fur;
     if (ImGui::Checkbox("brush", &held)) state.tool = held ? Tool::fur : Tool::orbit;
     if (!held) return;
-    FurBrush& brush = model_.brush;
+    render::FurStroke& brush = model_.brush;
     int of = static_cast<int>(brush.of);
     ImGui::Combo("brushes", &of, "comb\0length\0density\0colour\0");
-    brush.of = static_cast<FurBrush::Of>(of);
+    brush.of = static_cast<render::FurStroke::Of>(of);
     slider("radius", 0.01 * state.radius_mm, state.radius_mm, "%.2f mm", brush.radius_mm);
-    if (brush.of == FurBrush::Of::colour) {
-      render::Colour paint = brush.colour;
-      if (colour("paint", paint)) brush.colour = paint;
-    } else if (brush.of != FurBrush::Of::comb) {
+    if (brush.of == render::FurStroke::Of::colour) {
+      colour("paint", brush.colour);
+    } else if (brush.of != render::FurStroke::Of::comb) {
       slider("towards", 0.0, 1.0, "%.2f", brush.amount);
     }
   }
 
   FurModel& model_;
+  Painter& painter_;
   FurCanvas& canvas_;
+  std::string fault_;  ///< why the last change was refused
   std::size_t coat_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<PanelGroup> fur_group(FurModel& model, FurCanvas& canvas) {
-  return std::make_unique<FurGroup>(model, canvas);
+std::unique_ptr<PanelGroup> fur_group(FurModel& model, Painter& painter, FurCanvas& canvas) {
+  return std::make_unique<FurGroup>(model, painter, canvas);
 }
 
 }  // namespace kappamu::app

@@ -4,11 +4,13 @@
 #include <memory>
 
 #include "app/viewer/fur/fur_canvas.h"
+#include "app/viewer/painter.h"
 #include "app/viewer/panel.h"
 
 namespace kappamu::app {
 
-/// Of a scene with fur. Keeps references.
-std::unique_ptr<PanelGroup> fur_group(FurModel& model, FurCanvas& canvas);
+/// Of a scene with fur. Keeps references. A slider shows its effect while it is dragged, and adds
+/// an edit when it is let go.
+std::unique_ptr<PanelGroup> fur_group(FurModel& model, Painter& painter, FurCanvas& canvas);
 
 }  // namespace kappamu::app

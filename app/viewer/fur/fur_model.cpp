@@ -27,7 +27,8 @@ struct FurModel::Coat {
     double seconds = 0.0;
   };
   Shown shown;
-  render::Coat painted;
+  std::optional<render::CoatPainter> painter;
+  std::size_t finished = 0;  ///< strokes that are edits
   std::unique_ptr<render::FurryObject> furry;
   std::future<MadeTile> coming;
   render::Fur asked;  ///< of the tile that comes or is shown
@@ -42,7 +43,8 @@ FurModel::FurModel(const render::Scene& scene, const render::World& world)
     auto coat = std::make_unique<Coat>();
     coat->shown.object = i;
     coat->shown.fur = coat->asked = *scene.objects[i].fur;
-    coat->painted = render::coat_of(world.objects()[i].mesh, coat->shown.fur);
+    coat->painter.emplace(world.objects()[i].rest, coat->shown.fur);
+    coat->finished = coat->shown.fur.strokes.size();
     begin_tile(*coat, std::min(first_rays, coat->shown.fur.rays));
     coats_.push_back(std::move(coat));
   }
@@ -107,10 +109,27 @@ void FurModel::begin_tile(Coat& coat, int rays) const {
 
 void FurModel::set(std::size_t index, const render::Fur& fur) {
   Coat& coat = *coats_[index];
+  render::require_tile(world_.objects()[coat.shown.object].mesh, fur.tile());
   const render::Fur before = std::exchange(coat.shown.fur, fur);
+  coat.finished = fur.strokes.size();
+  const bool same_strokes =
+      std::equal(before.strokes.begin(), before.strokes.end(), fur.strokes.begin(),
+                 fur.strokes.end(), [](const render::FurStroke& a, const render::FurStroke& b) {
+                   return a.same_brush(b) && a.points_mm == b.points_mm;
+                 });
   if (before.length_mm != fur.length_mm || before.tile() != fur.tile() || before.comb != fur.comb ||
-      before.comb_turn_deg != fur.comb_turn_deg) {
+      before.comb_turn_deg != fur.comb_turn_deg || !same_strokes) {
     coat.placed = false;
+  }
+}
+
+void FurModel::follow(const std::function<render::Fur(std::size_t)>& fur_of) {
+  for (std::size_t i = 0; i < coats_.size(); ++i) {
+    try {
+      set(i, fur_of(coats_[i]->shown.object));
+    } catch (const InputError& error) {
+      coats_[i]->shown.fault = error.what();
+    }
   }
 }
 
@@ -123,52 +142,47 @@ void FurModel::moved() {
   for (const auto& coat : coats_) coat->placed = false;
 }
 
+std::optional<FurModel::At> FurModel::at(const render::LookAt& look,
+                                         const Eigen::Vector2d& place) const {
+  const auto hit = world_.first_hit(look.position(), look.direction(place.x(), place.y()), 0.0);
+  if (!hit) return std::nullopt;
+  const TriangleMesh& rest = world_.objects()[hit->object].rest;
+  const auto& [a, b, c] = rest.triangles[hit->triangle];
+  const auto corner = [&](int v) { return rest.vertices[static_cast<std::size_t>(v)]; };
+  return At{hit->object, Vector3d((1.0 - hit->u - hit->v) * corner(a) + hit->u * corner(b) +
+                                  hit->v * corner(c))};
+}
+
 bool FurModel::stroke(const render::LookAt& look, const Eigen::Vector2d& from,
                       const Eigen::Vector2d& to) {
-  const auto start = world_.first_hit(look.position(), look.direction(from.x(), from.y()), 0.0);
-  const auto end = world_.first_hit(look.position(), look.direction(to.x(), to.y()), 0.0);
+  const std::optional<At> start = at(look, from), end = at(look, to);
   if (!start || !end || start->object != end->object) return false;
   const auto found = std::find_if(coats_.begin(), coats_.end(), [&](const auto& coat) {
     return coat->shown.object == start->object;
   });
   if (found == coats_.end() || !(*found)->furry) return false;
-  Coat& coat = **found;
-  const render::WorldObject& object = world_.objects()[start->object];
-  const Rigid& world_from_object = object.world_from_object;
-  const Vector3d at = world_from_object.inverse() * start->position;
-  const Vector3d along = world_from_object.rotation.transpose() * (end->position - start->position);
-  const std::vector<render::SkinFrame> bare = render::skin_frames(object.mesh, coat.shown.fur);
-  for (std::size_t v = 0; v < object.mesh.vertices.size(); ++v) {
-    const double distance = (object.mesh.vertices[v] - at).norm() / brush.radius_mm;
-    if (distance >= 1.0) continue;
-    const double weight = std::pow(1.0 - distance * distance, 2.0);
-    const auto towards = [&](float& value, double goal) {
-      value += static_cast<float>(0.5 * weight * (goal - static_cast<double>(value)));
-    };
-    switch (brush.of) {
-      case FurBrush::Of::comb: {
-        const Vector3d wanted = bare[v].transpose() * along;
-        if (wanted.head<2>().norm() < 1e-9) break;
-        const double turn = static_cast<double>(coat.painted.turn[v]);
-        const Eigen::Vector2d mixed =
-            (1.0 - weight) * Eigen::Vector2d(std::cos(turn), std::sin(turn)) +
-            weight * wanted.head<2>().normalized();
-        coat.painted.turn[v] = static_cast<float>(std::atan2(mixed.y(), mixed.x()));
-        break;
-      }
-      case FurBrush::Of::length:
-        towards(coat.painted.length[v], brush.amount);
-        break;
-      case FurBrush::Of::density:
-        towards(coat.painted.density[v], brush.amount);
-        break;
-      case FurBrush::Of::colour:
-        for (int c = 0; c < 3; ++c) towards(coat.painted.colour[v][c], brush.colour[c]);
-        break;
-    }
+  std::vector<render::FurStroke>& strokes = (*found)->shown.fur.strokes;
+  const bool begun = strokes.size() > (*found)->finished;
+  if (!begun || !strokes.back().same_brush(brush) ||
+      strokes.back().points_mm.back() != start->point_mm) {
+    strokes.push_back(brush);
+    strokes.back().points_mm = {start->point_mm};
   }
-  coat.placed = false;
+  strokes.back().points_mm.push_back(end->point_mm);
+  (*found)->placed = false;
   return true;
+}
+
+std::map<std::size_t, render::FurChange> FurModel::end_stroke() {
+  std::map<std::size_t, render::FurChange> changes;
+  for (const auto& coat : coats_) {
+    const std::vector<render::FurStroke>& strokes = coat->shown.fur.strokes;
+    if (strokes.size() <= coat->finished) continue;
+    changes[coat->shown.object].strokes.assign(
+        strokes.begin() + static_cast<std::ptrdiff_t>(coat->finished), strokes.end());
+    coat->finished = strokes.size();
+  }
+  return changes;
 }
 
 bool FurModel::update() {
@@ -196,8 +210,16 @@ bool FurModel::update() {
     if (!coat.placed) {
       const Stopwatch watch;
       const render::WorldObject& object = world_.objects()[shown.object];
-      coat.furry =
-          std::make_unique<render::FurryObject>(object, shown.fur, shown.tile, coat.painted);
+      try {
+        coat.furry = std::make_unique<render::FurryObject>(object, shown.fur, shown.tile,
+                                                           coat.painter->of(shown.fur));
+        shown.fault.clear();
+      } catch (const InputError& error) {  // a shape that has moved
+        if (!coat.furry) throw;
+        shown.fault = error.what();
+        coat.placed = true;
+        continue;
+      }
       shown.corners.geometry = render::fur_geometry(*coat.furry);
       shown.patches = coat.furry->placement().patches();
       shown.stretch = coat.furry->placement().stretch();

@@ -1,11 +1,14 @@
-// The fur of a scene that is looked at: what sliders and the brush have set, and what a card draws
-// of it. Tiles are made on a thread of their own, coarsely at first; the last one is shown until
-// then.
+// The fur of a scene that is looked at: as edits have left it, with what a slider or the brush does
+// to it just now, and what a card draws of it. Tiles are made on a thread of their own, coarsely at
+// first; the last one is shown until then.
 #pragma once
 
+#include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "render/fur/live_fur.h"
@@ -15,19 +18,9 @@
 
 namespace kappamu::app {
 
-/// What dragging over fur does.
-struct FurBrush {
-  enum class Of { comb, length, density, colour };
-
-  Of of = Of::comb;
-  double radius_mm = 2.0;
-  double amount = 0.5;  ///< towards which length, density go, 0 to 1
-  Eigen::Array3d colour{0.9, 0.4, 0.2};
-};
-
 class FurModel {
  public:
-  /// Keeps references to both. Throws InputError as render::coat_of().
+  /// Keeps a reference to the world. Throws InputError as render::CoatPainter.
   FurModel(const render::Scene& scene, const render::World& world);
   ~FurModel();
 
@@ -35,7 +28,7 @@ class FurModel {
   std::size_t coats() const { return coats_.size(); }
   const render::World& world() const { return world_; }
 
-  FurBrush brush;
+  render::FurStroke brush;  ///< what dragging over fur draws; without points
 
   struct Shown {
     std::size_t object = 0;
@@ -49,17 +42,20 @@ class FurModel {
     std::size_t patches = 0;
     double stretch = 1.0;
     std::vector<double> skin_shares;  ///< per vertex, of its light
+    std::string fault;                ///< why fur is not where the shape is
   };
   const Shown& shown(std::size_t coat) const;
   const std::string& name(std::size_t coat) const;
   bool making(std::size_t coat) const;  ///< a tile is on its way
   bool making() const;                  ///< of any coat
 
-  /// Other fur from now on.
+  /// Other fur from now on. Throws InputError where it cannot lie on the object.
   void set(std::size_t coat, const render::Fur& fur);
   /// Draws the brush from one point of the picture to another, both in [0, 1]² from its top left
-  /// corner. Whether fur lies there.
+  /// corner. Goes on with the last stroke where that ended. Whether fur lies there.
   bool stroke(const render::LookAt& look, const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  /// The strokes since the last call, as changes of objects' fur.
+  std::map<std::size_t, render::FurChange> end_stroke();
   void set_lights(const std::vector<render::Light>& lights);
   /// The mesh has moved.
   void moved();
@@ -70,9 +66,17 @@ class FurModel {
   void shade(render::LiveAnswer& answer) const;
   /// Waits for the finest tiles.
   void finish();
+  /// As edits have left it, `fur_of` an object; where that cannot lie there, it stays.
+  void follow(const std::function<render::Fur(std::size_t)>& fur_of);
 
  private:
   struct Coat;
+  /// Where the brush is, on an object's undeformed skin.
+  struct At {
+    std::size_t object = 0;
+    Eigen::Vector3d point_mm;
+  };
+  std::optional<At> at(const render::LookAt& look, const Eigen::Vector2d& place) const;
   void begin_tile(Coat& coat, int rays) const;
 
   const render::World& world_;

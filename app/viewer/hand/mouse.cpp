@@ -74,6 +74,13 @@ void Mouse::follow(ViewState& state) {
   if (io.MouseWheel != 0.0F) state.zoom(std::pow(0.9, static_cast<double>(io.MouseWheel)));
 }
 
+Asked asked_by(const KeyEvent& event) {
+  if (!event.control) return Asked::nothing;
+  if (event.key == GLFW_KEY_Z) return event.shift ? Asked::redo : Asked::undo;
+  if (event.key == GLFW_KEY_Y) return Asked::redo;
+  return event.key == GLFW_KEY_S ? Asked::save : Asked::nothing;
+}
+
 void follow_view_key(const KeyEvent& event, const render::Camera& home, ViewState& state) {
   switch (event.key) {
     case GLFW_KEY_F1:
@@ -105,7 +112,7 @@ void follow_view_key(const KeyEvent& event, const render::Camera& home, ViewStat
       state.panel = !state.panel;
       break;
     case GLFW_KEY_C:
-      if (!state.can_compare || event.control) break;
+      if (event.control) break;
       state.asked_to_compare =
           state.compared == Compared::nothing ? Compared::unedited : Compared::nothing;
       break;

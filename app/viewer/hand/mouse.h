@@ -20,6 +20,8 @@ class Mouse {
   bool behind_ = false;               ///< the handle lies behind the object
 };
 
+/// What a key asks of the edits.
+Asked asked_by(const KeyEvent& event);
 /// Keys of the view, the lights and the panel. `home` is the scene's own view.
 void follow_view_key(const KeyEvent& event, const render::Camera& home, ViewState& state);
 

@@ -27,7 +27,7 @@ class ViewGroup final : public PanelGroup {
     }
     ImGui::Checkbox("lights, axes, scale", &state.marks_shown);
     ImGui::Checkbox("traced at rest", &state.traced);
-    if (state.can_compare) draw_comparison(state);
+    draw_comparison(state);
     if (photographs_) ImGui::Checkbox("photographs", &state.photograph.shown);
     return Asked::nothing;
   }

@@ -71,15 +71,13 @@ std::optional<Command> fur_of(std::istringstream& words) {
 }
 
 std::optional<Command> fur_brush_of(std::istringstream& words) {
-  using Of = FurBrush::Of;
-  static const std::map<std::string, Of> kinds{
-      {"comb", Of::comb}, {"length", Of::length}, {"density", Of::density}, {"colour", Of::colour}};
+  using Of = render::FurStroke::Of;
   std::string of;
-  FurBrush brush;
+  render::FurStroke brush;
   words >> of >> brush.radius_mm;
-  const auto found = kinds.find(of);
-  if (!words || found == kinds.end() || !(brush.radius_mm > 0.0)) return std::nullopt;
-  brush.of = found->second;
+  const auto kind = value_of(render::fur_brushes, of);
+  if (!words || !kind || !(brush.radius_mm > 0.0)) return std::nullopt;
+  brush.of = *kind;
   if (brush.of == Of::colour) {
     words >> brush.colour[0] >> brush.colour[1] >> brush.colour[2];
   } else if (brush.of != Of::comb) {

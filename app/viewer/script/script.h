@@ -117,7 +117,7 @@ struct Quit {};
 using Command =
     std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
                  Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Trace,
-                 SetFur, CombFur, Compared, Tool, Mouse, FurBrush, Quit>;
+                 SetFur, CombFur, Compared, Tool, Mouse, render::FurStroke, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

@@ -137,10 +137,17 @@ void ScriptPlayer::obey(const script::Drag& drag, Stage& stage) const {
 void ScriptPlayer::obey(const script::SetFur& set, Stage& stage) const {
   if (!stage.fur.any()) throw InputError(name_ + ": fur: no object of the scene has fur");
   for (std::size_t i = 0; i < stage.fur.coats(); ++i) {
-    render::Fur fur = stage.fur.shown(i).fur;
+    const std::size_t object = stage.fur.shown(i).object;
+    const render::Fur before = stage.editing.painter().fur(object);
+    render::Fur fur = before;
     if (set.field != nullptr) fur.*set.field = set.value;
     if (set.colour != nullptr) fur.*set.colour = set.shade;
-    stage.fur.set(i, fur);
+    try {
+      stage.fur.set(i, fur);
+    } catch (const InputError& error) {
+      throw InputError(name_ + ": " + error.what());
+    }
+    stage.editing.change_fur(object, render::change_between(before, fur));
   }
 }
 
@@ -148,15 +155,18 @@ void ScriptPlayer::obey(const script::CombFur& comb, Stage& stage) const {
   const PictureArea& area = stage.state.area;
   stage.fur.finish();
   stage.fur.brush.radius_mm = comb.radius_mm;
-  stage.fur.brush.of = FurBrush::Of::comb;
+  stage.fur.brush.of = render::FurStroke::Of::comb;
   if (!stage.fur.stroke(stage.state.look(area.aspect()),
                         area.in_picture(comb.from.x(), comb.from.y()),
                         area.in_picture(comb.to.x(), comb.to.y()))) {
     throw InputError(name_ + ": comb: no fur lies there");
   }
+  for (const auto& [object, change] : stage.fur.end_stroke()) {
+    stage.editing.change_fur(object, change);
+  }
 }
 
-void ScriptPlayer::obey(const FurBrush& brush, Stage& stage) const {
+void ScriptPlayer::obey(const render::FurStroke& brush, Stage& stage) const {
   stage.fur.brush = brush;
 }
 
@@ -184,9 +194,6 @@ void ScriptPlayer::obey(script::Links links, Stage& stage) const {
 }
 
 void ScriptPlayer::obey(Compared with, Stage& stage) const {
-  if (!stage.state.can_compare) {
-    throw InputError(name_ + ": compare: fur has no earlier state; leave this line out");
-  }
   stage.state.asked_to_compare = with;
 }
 

@@ -63,7 +63,7 @@ class ScriptPlayer {
   void obey(script::Links links, Stage& stage) const;
   void obey(script::Trace trace, Stage& stage) const;
   void obey(Compared with, Stage& stage) const;
-  void obey(const FurBrush& brush, Stage& stage) const;
+  void obey(const render::FurStroke& brush, Stage& stage) const;
   void obey(Tool tool, Stage& stage) const;
   void obey(const script::Mouse& mouse, Stage& stage) const;
   void obey(const script::SetFur& set, Stage& stage) const;

@@ -108,12 +108,78 @@ TEST_F(ViewFur, FollowsTheMouse) {
   EXPECT_LT(apart("bald.png", "painted.png", 0, 36), 0.1);
 }
 
-TEST_F(ViewFur, HasNoOtherStateBesideIt) {
-  const ProcessResult result = view("compare now\n");
+/// Sliders and strokes are edits: undone, saved, continued, switched off, and the same by
+/// `kappamu edit`. The saved scene is drawn as the window's list has it.
+TEST_F(ViewFur, KeepsWhatIsBrushedAndSet) {
+  const std::string edits = " --edits " + path("edited");
+  const ProcessResult result = view(
+      "panel off\nlight 0 80\nscreenshot plain.png\ntool fur\nfur_brush colour 6 0.1 1 0.1\n"
+      "mouse left 60 20 60 44\nfur_brush comb 6\nmouse left 40 32 60 32\nfur length 2.5\n"
+      "screenshot edited.png\nundo\nundo\nundo\nscreenshot undone.png\nredo\nredo\nredo\n"
+      "screenshot redone.png\nsave\n",
+      edits);
   if (result.standard_error.find("built without its window") != std::string::npos) {
     GTEST_SKIP() << result.standard_error;
   }
-  expect_one_sentence(result, "script.txt: compare: fur has no earlier state");
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_GT(apart("edited.png", "plain.png"), 2.0);
+  EXPECT_LT(apart("undone.png", "plain.png"), 0.05);
+  EXPECT_LT(apart("redone.png", "edited.png"), 0.05);
+  const json recipe = json::parse(io::read_text(folder() / "edited/recipe.json"));
+  ASSERT_EQ(recipe["edits"].size(), 3U);
+  EXPECT_EQ(recipe["edits"][0]["fur"]["strokes"][0]["brush"], "colour");
+  EXPECT_EQ(recipe["edits"][2]["fur"], json({{"length_mm", 2.5}}));
+  EXPECT_FALSE(std::filesystem::exists(folder() / "edited/volume.vdb"));
+  const json scene = json::parse(io::read_text(folder() / "edited/scene.json"));
+  EXPECT_EQ(scene["objects"][0]["fur"]["strokes"].size(), 2U);
+  EXPECT_EQ(scene["objects"][0]["fur"]["rays"], 64);
+
+  // The same edits by the command line, and of a scene that names the recipe.
+  ASSERT_EQ(kappamu("edit " + path("scene.json") + " --recipe " + path("edited/recipe.json") +
+                    " -o " + path("again"))
+                .exit_code,
+            0);
+  EXPECT_EQ(json::parse(io::read_text(folder() / "again/scene.json")), scene);
+  json named = json::parse(io::read_text(folder() / "scene.json"));
+  named["objects"][0]["edits"] = "edited/recipe.json";
+  io::write_text_atomically(folder() / "named.json", named.dump());
+  const auto rendered = [&](const char* file, const char* out) {
+    EXPECT_EQ(kappamu("render " + path(file) + " -o " + path(out)).exit_code, 0);
+    return io::read_code_image(folder() / out / "picture.png").values();
+  };
+  const auto saved = rendered("edited/scene.json", "p1");
+  EXPECT_EQ(rendered("named.json", "p2"), saved);
+  EXPECT_NE(rendered("scene.json", "p3"), saved);
+
+  // The next window goes on from there.
+  const ProcessResult next =
+      view("panel off\nlight 0 80\nscreenshot next.png\nundo\nsave\n", edits);
+  ASSERT_EQ(next.exit_code, 0) << next.standard_error;
+  EXPECT_LT(apart("next.png", "edited.png"), 0.05);
+  EXPECT_EQ(json::parse(io::read_text(folder() / "edited/recipe.json"))["edits"].size(), 2U);
+  expect_one_sentence(view("fur length 30000000\n"), "fur.length_mm is 30000000");
+  expect_one_sentence(view("fur length 0.001\n"), "write a tile_mm of at least twice that");
+}
+
+/// Left the state beside it: the scene's own fur, or the fur as it was.
+TEST_F(ViewFur, HasAnotherStateBesideIt) {
+  const ProcessResult result = view(
+      "panel off\nfur root_colour 0.02 0.8 0.02\nfur tip_colour 0.02 0.8 0.02\n"
+      "compare unedited\nscreenshot unedited.png\ncompare now\n"
+      "fur root_colour 0.02 0.02 0.8\nfur tip_colour 0.02 0.02 0.8\nscreenshot kept.png\n"
+      "compare off\nscreenshot alone.png\n");
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  const auto ratio = [&](const char* name, int channel, int left, int right) {
+    return mean(name, channel, left, right) / mean(name, 0, left, right);
+  };
+  EXPECT_LT(ratio("unedited.png", 1, 0, 48), 1.0);
+  EXPECT_GT(ratio("unedited.png", 1, 48, 96), 3.0);
+  EXPECT_GT(ratio("kept.png", 1, 0, 48), 3.0);
+  EXPECT_GT(ratio("kept.png", 2, 48, 96), 3.0);
+  EXPECT_GT(ratio("alone.png", 2, 0, 96), 3.0);
 }
 
 }  // namespace

@@ -424,6 +424,41 @@ TEST(EditedObject, SurfaceIsEditedInTheListsOrder) {
   EXPECT_EQ(made.edited.media().roughness, 0.0);
 }
 
+/// Fur is edited in the list's order, a switched off edit leaves no trace, and the volume stays.
+TEST(EditedObject, FurIsEditedInTheListsOrder) {
+  SceneObject object = ball();
+  Edit longer, stroke;
+  longer.operation = stroke.operation = Operation::fur;
+  longer.fur.numbers[0] = 3.0;
+  stroke.fur.strokes = {{FurStroke::Of::density, {{0, 0, 10}, {0, 1, 10}}, 2.0, 0.0}};
+  EXPECT_THAT(sentence_of([&] { Made(object).done(longer); }),
+              testing::HasSubstr("it edits fur, and the object has none"));
+  object.fur = Fur{};
+  object.fur->tile_mm = 0.2;
+  Made made(object);
+  EditHistory& history = made.edited.history();
+  const std::size_t revision = history.revision();
+  made.done(longer);
+  made.done(stroke);
+  const auto fur = [&] {
+    Fur now = *object.fur;
+    history.change(now);
+    return now;
+  };
+  EXPECT_EQ(fur().length_mm, 3.0);
+  EXPECT_EQ(fur().tile(), least_tile * 3.0);  // a tile of 0.2 mm is too small for it
+  EXPECT_EQ(fur().strokes.size(), 1U);
+  EXPECT_EQ(history.revision(), revision);
+  history.switch_off(0, true);
+  EXPECT_EQ(fur().length_mm, 1.0);
+  EXPECT_EQ(fur().strokes.size(), 1U);
+  history.undo();
+  history.undo();
+  EXPECT_EQ(fur().length_mm, 3.0);
+  EXPECT_TRUE(fur().strokes.empty());
+  EXPECT_TRUE(history.homogeneous());
+}
+
 /// A scene's own edits are done when it is read, and are not in the list.
 TEST(EditedObject, ScenesStateEdits) {
   const OwnFolder folder;

@@ -48,7 +48,13 @@ json full_recipe() {
          {"kind": "bend", "degrees": 5, "towards": [1, 0, 0], "centre_mm": [0, 1, 0]},
          {"kind": "noise", "mm": 0.1, "wavelength_mm": 2, "offset_mm": [1, 0, 0], "seed": 7}]},
       {"operation": "multiply", "mu": 2,
-       "where": {"kind": "coordinates", "image": "leaf.png", "from_mm": 0, "to_mm": 1}}],
+       "where": {"kind": "coordinates", "image": "leaf.png", "from_mm": 0, "to_mm": 1}},
+      {"operation": "fur", "fur": {"length_mm": 3, "density": 0.5, "root_colour": [0.1, 0.2, 0.3],
+       "reflectance": "even", "strokes": [
+         {"brush": "comb", "points_mm": [[0, 0, 1], [0.1, 0.30000000000000004, 1]], "radius_mm": 2},
+         {"brush": "length", "points_mm": [[0, 0, 1], [0, 1, 1]], "radius_mm": 1, "amount": 0.2},
+         {"brush": "colour", "points_mm": [[0, 0, 1], [0, 1, 1], [1, 1, 1]], "radius_mm": 1,
+          "colour": [1, 0.5, 0]}]}}],
     "voxel_mm": 0.4})");
 }
 
@@ -97,6 +103,22 @@ std::vector<BadRecipe> bad_recipes() {
        "edits[10].deform changes nothing", false},
       {"coordinates backwards", [](json& r) { r["edits"][11]["where"]["from_mm"] = 3; },
        "to_mm is not beyond from_mm", false},
+      {"fur without a change", [](json& r) { r["edits"][12]["fur"] = json::object(); },
+       "edits[12].fur changes nothing"},
+      {"fur of no model", [](json& r) { r["edits"][12]["fur"]["reflectance"] = "phong"; },
+       "edits[12].fur.reflectance is 'phong'"},
+      {"fur with a tile", [](json& r) { r["edits"][12]["fur"]["tile_mm"] = 2; },
+       "edits[12].fur.tile_mm is an unknown field"},
+      {"a comb with a colour", [](json& r) { r["edits"][12]["fur"]["strokes"][0]["colour"] = 0.5; },
+       "strokes[0] has a field 'colour' of another brush"},
+      {"a length without an amount",
+       [](json& r) { r["edits"][12]["fur"]["strokes"][1].erase("amount"); },
+       "strokes[1] has no field 'amount'"},
+      {"a stroke of one point",
+       [](json& r) {
+         r["edits"][12]["fur"]["strokes"][0]["points_mm"] = json{{0, 0, 1}};
+       },
+       "points_mm has 1 entries"},
       {"colour of one", [](json& r) { r["edits"][6]["albedo"] = 1; }, "edits[6].albedo is 1"},
       {"colour and mu", [](json& r) { r["edits"][6]["mu"] = 0.1; }, "keep one of the pairs", false},
       {"numbers for channels",
@@ -165,7 +187,7 @@ class RecipeFile : public testing::Test {
 
 TEST_F(RecipeFile, ReadsEveryKind) {
   const Recipe recipe = read_recipe(write("r.json", full_recipe()));
-  ASSERT_EQ(recipe.edits.size(), 12U);
+  ASSERT_EQ(recipe.edits.size(), 13U);
   EXPECT_EQ(recipe.edits[0].channels, std::vector<std::string>{"R"});
   EXPECT_EQ(std::get<BrushSelection>(recipe.edits[1].where).stretch.y(), 2.0);
   EXPECT_EQ(std::get<DepthSelection>(recipe.edits[2].where).faces.size(), 1U);
@@ -182,6 +204,21 @@ TEST_F(RecipeFile, ReadsEveryKind) {
   EXPECT_TRUE(recipe.edits[10].instead);
   EXPECT_EQ(std::get<CoordinatesSelection>(recipe.edits[11].where).image, folder_ / "leaf.png");
   EXPECT_EQ(recipe.voxel_mm, 0.4);
+}
+
+TEST_F(RecipeFile, KeepsFurToTheLastBit) {
+  const Recipe recipe = read_recipe(write("r.json", full_recipe()));
+  std::ofstream(folder_ / "again.json") << recipe_json(recipe, folder_);
+  const FurChange &first = recipe.edits[12].fur,
+                  again = read_recipe(folder_ / "again.json").edits.at(12).fur;
+  EXPECT_EQ(*again.numbers[0], 3.0);
+  EXPECT_FALSE(again.numbers[1]);
+  ASSERT_EQ(again.strokes.size(), 3U);
+  for (std::size_t i = 0; i < again.strokes.size(); ++i) {
+    EXPECT_TRUE(again.strokes[i].same_brush(first.strokes[i]));
+    EXPECT_EQ(again.strokes[i].points_mm, first.strokes[i].points_mm);
+  }
+  EXPECT_EQ(described(again), "length_mm, density, root_colour, even, brush of colour");
 }
 
 /// What is written is read to the last bit, a direction that is not of unit length apart.
