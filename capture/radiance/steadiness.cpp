@@ -20,7 +20,7 @@ constexpr double changed_relative = 0.1;
 constexpr double shifted_px = 0.1;
 
 // So many blocks determine gain and shift far below their tolerances. Of larger pictures those on a
-// lattice are looked at, and the four beside each, for its gradient.
+// lattice of at least as many are looked at, and the four beside each, for its gradient.
 constexpr int most_blocks = 100'000;
 
 int lattice_step(int across, int down) {

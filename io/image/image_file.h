@@ -1,6 +1,6 @@
 // Photographs and pictures: camera frames of 8 or 16 bit (PNG, TIFF, JPEG), linear EXR, and the
-// pictures of the report, through OpenImageIO. One channel is grey, three are R, G, B in that
-// order.
+// pictures of the report, through OpenImageIO or, where a PNG is plain, png_reader.h. One channel
+// is grey, three are R, G, B in that order.
 #pragma once
 
 #include <cstdint>

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""`kappamu merge` and HDRutils on the same camera RAW files: the table "Camera RAW" of docs/hdr.md. Makes a bracket of DNG files
+"""`kappamu merge` and HDRutils on the same camera RAW files: the table "Camera RAW of real size" of docs/hdr.md. Makes a bracket of DNG files
 (Bayer RGGB, 14 bits, lossless JPEG as cameras write it) of a scene over four decades with shot and read noise, merges it by both,
 and sets time, memory and error beside each other. The same bracket as 16-bit TIFF goes to `kappamu merge` alone: HDRutils reads
 none. Needs, in the Python that runs this: pip install HDRutils imagecodecs.
 
-    studies/references/hdr_raw.py build/kappamu out/ [6000x4000]
+    studies/references/hdr_raw.py build/app/kappamu out/ [6000x4000]
 """
 import json
 import logging
