@@ -115,9 +115,7 @@ std::vector<BadRecipe> bad_recipes() {
        [](json& r) { r["edits"][12]["fur"]["strokes"][1].erase("amount"); },
        "strokes[1] has no field 'amount'"},
       {"a stroke of one point",
-       [](json& r) {
-         r["edits"][12]["fur"]["strokes"][0]["points_mm"] = json{{0, 0, 1}};
-       },
+       [](json& r) { r["edits"][12]["fur"]["strokes"][0]["points_mm"].erase(1); },
        "points_mm has 1 entries"},
       {"colour of one", [](json& r) { r["edits"][6]["albedo"] = 1; }, "edits[6].albedo is 1"},
       {"colour and mu", [](json& r) { r["edits"][6]["mu"] = 0.1; }, "keep one of the pairs", false},
