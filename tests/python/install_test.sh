@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # README's lines that install the Python package and use it work as they stand: on a fresh copy of the tree, with an empty home
-# and a plain environment, by the build tools that pip fetches. The same for the wheel of scripts/wheel.sh. Needs PyPI; .ci/run
-# calls it.
+# and a plain environment, by the build tools that pip fetches. Needs PyPI and compiles everything, a quarter of an hour: CTest
+# tests the same lines by the wheel of what is built (wheel_test.sh).
 #   install_test.sh SOURCE
 set -euo pipefail
 source=$(cd "$1" && pwd)
@@ -48,10 +48,3 @@ start=$SECONDS
 use "$work/tree/venv/bin/python"
 plain "$work/tree/venv/bin/pip" check
 echo "install_test: README's lines work; $((SECONDS - start)) s"
-
-start=$SECONDS
-(cd "$work/tree" && plain scripts/wheel.sh)
-plain python3 -m venv "$work/other"
-plain "$work/other/bin/pip" install --quiet "$work"/tree/dist/kappamu-*.whl
-use "$work/other/bin/python"
-echo "install_test: the wheel of scripts/wheel.sh works; $((SECONDS - start)) s"
