@@ -126,7 +126,7 @@ endfunction()
 # kappamu_discover(core_test core 300 "Slow.*;Other.*" [Suite ...]): the cases of a program in CTest, those of the suites
 # together.
 function(kappamu_discover program label timeout slow)
-  set(common DISCOVERY_MODE PRE_TEST TEST_PREFIX ${label}.)
+  set(common DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120 TEST_PREFIX ${label}.)
   if(slow)
     list(JOIN slow ":" filter)
     gtest_discover_tests(${program} ${common} TEST_FILTER ${filter} TEST_LIST ${program}_slow

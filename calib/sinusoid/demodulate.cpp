@@ -80,6 +80,26 @@ double mean_of(const Image<float>& map, const Image<std::uint8_t>& mask) {
   return count > 0.0 ? sum / count : 0.0;
 }
 
+/// [phase][1, cos, -sin, cos 2, ...]: what mean and harmonics make of a picture.
+Eigen::MatrixXd waves_at(std::span<const double> phases, Eigen::Index harmonics) {
+  const auto n = static_cast<Eigen::Index>(phases.size());
+  Eigen::MatrixXd basis(n, 1 + 2 * harmonics);
+  for (Eigen::Index row = 0; row < n; ++row) {
+    basis(row, 0) = 1.0;
+    for (Eigen::Index h = 1; h <= harmonics; ++h) {
+      basis(row, 2 * h - 1) = std::cos(static_cast<double>(h) * phases[row]);
+      basis(row, 2 * h) = -std::sin(static_cast<double>(h) * phases[row]);
+    }
+  }
+  return basis;
+}
+
+bool determines_all(const Eigen::MatrixXd& basis) {
+  if (basis.rows() < basis.cols()) return false;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() * basis);
+  return eigen.eigenvalues()[0] >= 1e-3 * eigen.eigenvalues()[basis.cols() - 1];
+}
+
 }  // namespace
 
 double Carrier::frequency() const {
@@ -90,23 +110,16 @@ Demodulated demodulate_phases(std::span<const Image<float>> pictures,
                               std::span<const double> phases, const Image<std::uint8_t>& mask) {
   check(pictures.size() == phases.size() && !pictures.empty(), "demodulate_phases: one per phase");
   const auto n = static_cast<Eigen::Index>(phases.size());
-  const Eigen::Index harmonics = n >= 5 ? 2 : 1, unknowns = 1 + 2 * harmonics;
-  Eigen::MatrixXd basis(n, unknowns);
-  for (Eigen::Index row = 0; row < n; ++row) {
-    basis(row, 0) = 1.0;
-    for (Eigen::Index h = 1; h <= harmonics; ++h) {
-      basis(row, 2 * h - 1) = std::cos(static_cast<double>(h) * phases[row]);
-      basis(row, 2 * h) = -std::sin(static_cast<double>(h) * phases[row]);
-    }
-  }
-  const Eigen::MatrixXd normal = basis.transpose() * basis;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
-  if (n < 3 || eigen.eigenvalues()[0] < 1e-3 * eigen.eigenvalues()[unknowns - 1]) {
+  // Seven phases 90 degrees apart tell no more harmonics than four.
+  Eigen::Index harmonics = 2;
+  Eigen::MatrixXd basis = waves_at(phases, harmonics);
+  if (!determines_all(basis)) basis = waves_at(phases, harmonics = 1);
+  if (!determines_all(basis)) {
     throw InputError(
         "the phases do not determine mean and amplitude; take three or more spread evenly over "
         "360 degrees, or one");
   }
-  const Eigen::MatrixXd solve = normal.ldlt().solve(basis.transpose());
+  const Eigen::MatrixXd solve = (basis.transpose() * basis).ldlt().solve(basis.transpose());
   Demodulated result = empty_result(mask.width(), mask.height());
   result.mask = mask;
   double second = 0.0, first = 0.0;

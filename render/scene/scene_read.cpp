@@ -1,7 +1,9 @@
 // A scene's file to Scene: fields, types, bounds. What needs the files it names is checked where
 // they are read (world.cpp).
 #include <Eigen/Geometry>
+#include <cmath>
 #include <set>
+#include <variant>
 
 #include "core/error.h"
 #include "core/file_name.h"
@@ -75,6 +77,11 @@ Finish read_finish(const Node& node, const std::filesystem::path& folder) {
   return finish;
 }
 
+double longest_edge(const std::variant<double, Vector3d>& size_mm) {
+  const auto* edges = std::get_if<Vector3d>(&size_mm);
+  return edges != nullptr ? edges->maxCoeff() : std::get<double>(size_mm);
+}
+
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields(
       {"name", "size_mm", "material"},
@@ -82,7 +89,15 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
        "polycube", "fur", "deform", "edits", "emission_per_mm"});
   SceneObject object = read_solid(node, folder);
   if (node.has("edits")) object.edits = path_of(node["edits"], folder);
-  if (node.has("surface")) object.finish = read_finish(node["surface"], folder);
+  if (node.has("surface")) {
+    object.finish = read_finish(node["surface"], folder);
+    const SurfaceDetail& detail = object.finish.detail;
+    if (detail.bump && std::abs(detail.depth_mm) > 0.25 * longest_edge(object.size_mm)) {
+      node["surface"]["bump"]["depth_mm"].fail(
+          "is more than a quarter of the object's size; a bump tilts normals alone, give what is "
+          "deeper as 'deform' or by the mesh");
+    }
+  }
   if (node.has("emission_per_mm")) {
     object.emission = colour_of(node["emission_per_mm"], largest_light);
   }

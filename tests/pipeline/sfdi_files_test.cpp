@@ -211,6 +211,7 @@ TEST_F(SfdiFiles, NamesByRuleAreASeries) {
 /// 8 bits with a palette of greys, rows bottom-up.
 std::string grey_bmp(const std::vector<float>& values) {
   constexpr unsigned size = extent, begin = 54 + 4 * 256;
+  constexpr double code = 255.0 / (2.0 * full);
   static_assert(size % 4 == 0, "rows of a BMP are padded to four bytes");
   std::string bytes = "BM";
   for (const auto& [number, count] :
@@ -233,7 +234,7 @@ std::string grey_bmp(const std::vector<float>& values) {
   for (unsigned i = 0; i < 256; ++i) io::put_number(bytes, i * 0x010101U, 4);
   for (std::size_t y = extent; y-- > 0;) {
     for (std::size_t x = 0; x < extent; ++x) {
-      bytes += static_cast<char>(std::lround(values[y * extent + x]));
+      bytes += static_cast<char>(std::lround(code * values[y * extent + x]));
     }
   }
   return bytes;
