@@ -9,7 +9,8 @@ A perspective camera looks straight down on a block of 200 x 200 x 60 mm with sm
 lost before they find its sides. Light is a ring about the camera, in a cone of 22 degrees without its innermost 8, so that
 the surface mirrors none of it into the camera. Walks find the ring by chance (mitsuba_photographs.py). A slide on the surface
 colours light by its cell of 0.5 mm, that of a camera pixel; a walk passes it on its way in and out, and the cell of the way in
-is the pixel's own. So one rendering serves every spatial frequency and phase. Pictures hold walks and their noise.
+is the pixel's own. So one rendering serves every spatial frequency and phase. Light does not change along the rows' direction:
+every row of a picture is the mean of all, whose noise is 1 %.
 """
 import argparse
 import json
@@ -95,8 +96,8 @@ def pictures(medium, passes, seed):
         made[f] = []
         for phase in PHASES if f else (0,):
             light = 0.5 + 0.5 * np.sinc(f * CELL) * np.cos(2 * np.pi * f * x + np.radians(phase)) if f else np.ones_like(x)
-            sums = np.bincount((v * PIXELS + u)[kept], (weight * light)[kept], PIXELS**2)
-            made[f].append((np.pi * sums / passes / FINE**2).reshape(PIXELS, PIXELS).astype(np.float32))
+            mean = np.bincount(u[kept], (weight * light)[kept], PIXELS) / (PIXELS * passes * FINE**2)
+            made[f].append(np.tile(np.pi * mean, (PIXELS, 1)).astype(np.float32))
     return made
 
 
@@ -121,8 +122,11 @@ def shoot(folder, passes):
 
 
 def compare(folder):
-    found = json.loads((folder / "maps/summary.json").read_text())
-    print(json.dumps(found, indent=1)[:4000])
+    """Of the whole picture: measured, its deviation, and the truth."""
+    region = json.loads((folder / "maps/summary.json").read_text())["wavelengths"][0]["region"]
+    scattering, absorption = MEDIA["sample"]
+    for name, truth in (("mua", absorption), ("musp", scattering)):
+        print(f"{name} {region[name]:.4g} +- {region[name + '_deviation']:.2g} /mm, truth {truth} ({100 * (region[name] / truth - 1):+.1f} %)")
 
 
 def main():

@@ -211,7 +211,7 @@ TEST_F(SfdiFiles, NamesByRuleAreASeries) {
 /// 8 bits with a palette of greys, rows bottom-up.
 std::string grey_bmp(const std::vector<float>& values) {
   constexpr unsigned size = extent, begin = 54 + 4 * 256;
-  constexpr double code = 255.0 / (2.0 * full);
+  constexpr double code = 255.0 / full;
   static_assert(size % 4 == 0, "rows of a BMP are padded to four bytes");
   std::string bytes = "BM";
   for (const auto& [number, count] :
