@@ -30,14 +30,6 @@ bool is_session(const std::filesystem::path& folder) {
   return std::filesystem::exists(folder / "session.json", ignored);
 }
 
-void add_table(CLI::App& command, std::optional<std::string>& table) {
-  command
-      .add_option("--table", table,
-                  "Of photographs without a session: CSV with the columns file, shot and, where "
-                  "EXIF does not have it, exposure_s")
-      ->type_name("CSV");
-}
-
 void add_orientation(CLI::App& command, std::optional<capture::Orientation>& orientation) {
   std::vector<std::string> names;
   for (const auto& [name, value] : capture::orientation_names) names.emplace_back(name);
@@ -52,14 +44,26 @@ void add_orientation(CLI::App& command, std::optional<capture::Orientation>& ori
       ->check(CLI::IsMember(names));
 }
 
-void require_session_alone(const std::optional<std::string>& table,
-                           const std::optional<capture::Orientation>& orientation,
-                           const std::filesystem::path& session) {
+capture::PhotographSource PhotographOptions::source(const std::filesystem::path& folder,
+                                                    capture::Links links) const {
+  return {folder, table, links, {}, orientation};
+}
+
+void PhotographOptions::require_none(const std::filesystem::path& session) const {
   if (!table && !orientation) return;
   throw InputError(
       (session / "session.json").string() + ": " + (table ? "--table is" : "--orientation is") +
       " of photographs without a session; a session states " +
       (table ? "its frames' shots and exposure times itself." : "it as camera.orientation."));
+}
+
+void add_photograph_options(CLI::App& command, PhotographOptions& options) {
+  command
+      .add_option("--table", options.table,
+                  "Of photographs without a session: CSV with the columns file, shot and, where "
+                  "EXIF does not have it, exposure_s")
+      ->type_name("CSV");
+  add_orientation(command, options.orientation);
 }
 
 capture::Board BoardOptions::board() const {

@@ -13,16 +13,21 @@ namespace kappamu::app {
 /// A folder is a session's if it has a session.json.
 bool is_session(const std::filesystem::path& folder);
 
-/// Adds --table.
-void add_table(CLI::App& command, std::optional<std::string>& table);
-
 /// Adds --orientation.
 void add_orientation(CLI::App& command, std::optional<capture::Orientation>& orientation);
 
-/// Throws where a session is given with what is of photographs without one.
-void require_session_alone(const std::optional<std::string>& table,
-                           const std::optional<capture::Orientation>& orientation,
-                           const std::filesystem::path& session);
+/// Of photographs without a session.
+struct PhotographOptions {
+  std::optional<std::string> table;
+  std::optional<capture::Orientation> orientation;
+
+  capture::PhotographSource source(const std::filesystem::path& folder, capture::Links links) const;
+  /// Throws where they are given with a session.
+  void require_none(const std::filesystem::path& session) const;
+};
+
+/// Adds --table and --orientation.
+void add_photograph_options(CLI::App& command, PhotographOptions& options);
 
 struct BoardOptions {
   std::string corners;  ///< "9x6"; empty: not given

@@ -167,9 +167,8 @@ namespace {
 
 /// Throws before the work where the film does not fit the memory, and states what it needs.
 std::string film_memory(const Scene& scene) {
-  constexpr double usable_memory = 0.7;
   const double bytes = picture_memory(scene.film);
-  if (bytes > usable_memory * main_memory()) {
+  if (bytes > usable_memory()) {
     throw InputError(scene.file.string() + ": film of " + std::to_string(scene.film.width) + " x " +
                      std::to_string(scene.film.height) + " pixels needs " + gigabytes(bytes) +
                      " of memory and this machine has " + gigabytes(main_memory()) +

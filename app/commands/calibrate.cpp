@@ -17,8 +17,7 @@ namespace kappamu::app {
 namespace {
 
 struct PhotographCommand {
-  std::optional<std::string> table;
-  std::optional<capture::Orientation> orientation;
+  PhotographOptions photographs;
   std::optional<std::string> held, start;  ///< files of known lenses
 
   std::optional<calib::KnownLens> known_lens() const {
@@ -51,9 +50,8 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
   pipeline::OutputFolder out(options.run, "calibrate", {options.session},
                              {"camera.yml", "projector.yml", "calibration.json"});
   const calib::CalibrationResult result = pipeline::calibrate_photographs(
-      {options.session, photographs.table, options.links, {}, photographs.orientation},
-      photographs.board.board(), photographs.board.projector_size(), photographs.known_lens(),
-      out.partial(), *progress);
+      photographs.photographs.source(options.session, options.links), photographs.board.board(),
+      photographs.board.projector_size(), photographs.known_lens(), out.partial(), *progress);
   out.commit();
   const bool projected = !result.projector.views.empty();
   const auto& deviations = result.camera_uncertainty.deviation_px;
@@ -93,7 +91,7 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
         "--lens and --lens-start are of photographs without a session (--board); a session's known "
         "lens is calibration.lens of its session.json (docs/formats.md).");
   }
-  require_session_alone(photographs.table, photographs.orientation, options.session);
+  photographs.photographs.require_none(options.session);
   const auto progress = make_progress();
   pipeline::Pipeline stages(options.session, options.run,
                             {.replace_other_run = options.force, .links = options.links});
@@ -160,8 +158,7 @@ OpenCV's and the one before its version 4.6. docs/howto/one-stage.md.)");
   const auto options = add_session_options(*command);
   auto photographs = std::make_shared<PhotographCommand>();
   add_board_options(*command, photographs->board);
-  add_table(*command, photographs->table);
-  add_orientation(*command, photographs->orientation);
+  add_photograph_options(*command, photographs->photographs);
   auto* held = command
                    ->add_option("--lens", photographs->held,
                                 "The camera's lens, known and held as it is: camera_matrix and "

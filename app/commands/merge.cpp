@@ -15,8 +15,7 @@ namespace kappamu::app {
 namespace {
 
 struct BracketCommand {
-  std::optional<std::string> table;
-  std::optional<capture::Orientation> orientation;
+  PhotographOptions photographs;
   bool linear = false;
 };
 
@@ -26,7 +25,7 @@ void merge_bracket(const SessionCommand& options, const BracketCommand& bracket,
   pipeline::OutputFolder out(options.run, "merge", {options.session},
                              {"radiance.exr", "response.yml"});
   const pipeline::BracketSummary summary = pipeline::merge_photographs(
-      {options.session, bracket.table, options.links, {}, bracket.orientation},
+      bracket.photographs.source(options.session, options.links),
       bracket.linear ? capture::Encoding::linear : capture::Encoding::response, options.hdr,
       out.partial(), *progress);
   out.commit();
@@ -51,7 +50,7 @@ void merge_bracket(const SessionCommand& options, const BracketCommand& bracket,
 void run_merge(const SessionCommand& options, const BracketCommand& bracket,
                const Globals& globals) {
   if (!is_session(options.session)) return merge_bracket(options, bracket, globals);
-  require_session_alone(bracket.table, bracket.orientation, options.session);
+  bracket.photographs.require_none(options.session);
   const auto progress = make_progress();
   pipeline::Pipeline stages(options.session, options.run,
                             {.replace_other_run = options.force, .links = options.links});
@@ -103,8 +102,7 @@ dark_0 ... frames of the covered lens (without any, black is estimated). Into RU
 radiance.exr and response.yml; docs/howto/one-stage.md.)");
   const auto options = add_session_options(*command);
   auto bracket = std::make_shared<BracketCommand>();
-  add_table(*command, bracket->table);
-  add_orientation(*command, bracket->orientation);
+  add_photograph_options(*command, bracket->photographs);
   command->add_flag("--linear", bracket->linear,
                     "PNG and TIFF of the bracket are linear in light; otherwise their response is "
                     "recovered");

@@ -13,11 +13,9 @@
 #include "app/options/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
-#include "core/file_name.h"
 #include "core/process_memory.h"
 #include "forward/registry.h"
 #include "io/atomic_file.h"
-#include "io/mesh_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/verify.h"
 #include "render/scene/new_scene.h"
@@ -60,9 +58,7 @@ class TemporaryFolder {
 /// A scene file, or the first scene of a run, a volume or a mesh, the object between two lamps,
 /// which lies in `folder` as long as it is used.
 render::Scene scene_of(const std::string& path, std::optional<TemporaryFolder>& folder) {
-  const bool is_object = std::filesystem::is_directory(path) || io::is_mesh_file(path) ||
-                         lower_extension(path) == ".vdb";
-  if (!is_object) return render::read_scene(path);
+  if (!render::begins_scene(path)) return render::read_scene(path);
   folder.emplace();
   const std::filesystem::path file = folder->path() / "scene.json";
   io::write_text_atomically(file, render::new_scene(path, folder->path()));
@@ -148,9 +144,8 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
   std::printf("since the start      first picture %.1f s, first light %.1f s, settled %.1f s\n",
               times.first_picture_s, times.first_light_s, times.settled_s);
   std::printf(
-      "medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms, from a change to "
-      "its "
-      "picture %.0f ms\n",
+      "medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms, "
+      "from a change to its picture %.0f ms\n",
       times.light_ms, times.model_ms, times.frame_ms, times.event_ms);
   for (const std::string& screenshot : times.screenshots) {
     std::printf("screenshot           %s\n", screenshot.c_str());

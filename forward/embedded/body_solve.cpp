@@ -37,7 +37,6 @@ constexpr double little_bridged = 0.05;
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1300.0, bytes_per_channel = 1000.0, bytes_per_light = 150.0;
 constexpr std::size_t lights_at_once = 8;
-constexpr double usable_memory = 0.7;
 
 class BodySolve {
  public:
@@ -48,7 +47,7 @@ class BodySolve {
         options_(options),
         weighs_last_(weighs_last),
         progress_(progress) {
-    const double memory = usable_memory * main_memory() / bytes_each();
+    const double memory = usable_memory() / bytes_each();
     most_cubes_ = options.max_elements ? static_cast<std::size_t>(*options.max_elements)
                                        : static_cast<std::size_t>(memory);
   }

@@ -26,8 +26,8 @@ using namespace polygrid;
 constexpr double difference_per_error = 1.5, difference_per_error_at_jumps = 1.0;
 /// Memory that a cell takes, and of every channel and light that is solved for [bytes].
 constexpr double bytes_per_cell = 1800.0, bytes_per_channel = 900.0, bytes_per_light = 100.0;
-/// No more than this share of the machine's memory, nor more bytes, unless max_elements is set.
-constexpr double usable_memory = 0.7, most_bytes = 4e9;
+/// No more bytes, nor more than the usable memory, unless max_elements is set.
+constexpr double most_bytes = 4e9;
 /// The order of the error between two edges of cells before it is measured, and within these after.
 constexpr double assumed_order = 1.5, least_order = 0.5, greatest_order = 2.0;
 /// Of the tolerance, what the next polygrid aims at; and times the cells before that it may have.
@@ -50,9 +50,8 @@ class PolygridSolve {
       bytes_each_ +=
           bytes_per_channel + bytes_per_light * static_cast<double>(problem.lights.size());
     }
-    most_ = options.max_elements
-                ? static_cast<double>(*options.max_elements)
-                : std::min(usable_memory * main_memory(), most_bytes) / bytes_each_;
+    most_ = options.max_elements ? static_cast<double>(*options.max_elements)
+                                 : std::min(usable_memory(), most_bytes) / bytes_each_;
   }
 
   /// `grid` is left as the coarser of the last two.

@@ -20,16 +20,6 @@ bool starts_with(Bytes bytes, const char* text, std::size_t size) {
   return bytes.size() >= size && std::memcmp(bytes.data(), text, size) == 0;
 }
 
-/// Unsigned number of `size` bytes at `at`, which must lie inside.
-std::uint64_t number(Bytes bytes, std::uint64_t at, std::size_t size, std::endian order) {
-  std::uint64_t value = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::size_t k = order == std::endian::big ? i : size - 1 - i;
-    value = value << 8 | std::to_integer<std::uint64_t>(bytes[at + k]);
-  }
-  return value;
-}
-
 /// Chunks of length, type, data, checksum of type and data, until IEND (PNG specification,
 /// section 5).
 Integrity check_png(Bytes bytes) {
@@ -37,12 +27,12 @@ Integrity check_png(Bytes bytes) {
   int texts = 0;
   std::uint64_t at = 8;
   while (at + 12 <= bytes.size()) {
-    const std::uint64_t length = number(bytes, at, 4, std::endian::big);
+    const std::uint64_t length = number_in(bytes, at, 4, std::endian::big);
     if (length >> 31 != 0) return Integrity::damaged;
     if (at + 12 + length > bytes.size()) return Integrity::truncated;
     const auto* type = reinterpret_cast<const unsigned char*>(bytes.data() + at + 4);
     if (crc32_gzip_refl(0, type, length + 4) !=
-        number(bytes, at + 8 + length, 4, std::endian::big)) {
+        number_in(bytes, at + 8 + length, 4, std::endian::big)) {
       return Integrity::damaged;
     }
     if (std::memcmp(type, "IEND", 4) == 0) return Integrity::complete;
@@ -61,8 +51,8 @@ std::optional<std::uint64_t> walk_jpeg(Bytes bytes, const Visit& visit) {
   constexpr std::uint64_t start_of_scan = 0xDA;
   std::uint64_t at = 2;
   while (at + 4 <= bytes.size()) {
-    const std::uint64_t marker = number(bytes, at + 1, 1, std::endian::big);
-    const std::uint64_t length = number(bytes, at + 2, 2, std::endian::big);
+    const std::uint64_t marker = number_in(bytes, at + 1, 1, std::endian::big);
+    const std::uint64_t length = number_in(bytes, at + 2, 2, std::endian::big);
     if (bytes[at] != std::byte{0xFF}) return std::nullopt;
     if (marker == 0xFF) {  // a fill byte
       ++at;
@@ -100,7 +90,7 @@ Integrity check_bmp(Bytes bytes) {
   constexpr std::int64_t largest_side = 1 << 16;
   if (bytes.size() < header + information) return Integrity::truncated;
   const auto at = [&](std::uint64_t place, std::size_t size) {
-    return number(bytes, place, size, std::endian::little);
+    return number_in(bytes, place, size, std::endian::little);
   };
   const auto side = [&](std::uint64_t place) {  // rows from the top are a negative height
     return std::abs(std::int64_t{static_cast<std::int32_t>(at(place, 4))});
@@ -137,18 +127,18 @@ Integrity check_directory(Bytes bytes, std::uint64_t& at, TiffFormat format,
   const std::size_t head = big_tiff ? 8 : 2;
   const std::size_t entry_size = 4 + 2 * word;
   if (at > bytes.size() || bytes.size() - at < head) return Integrity::truncated;
-  const std::uint64_t entries = number(bytes, at, head, order);
+  const std::uint64_t entries = number_in(bytes, at, head, order);
   if (entries > (bytes.size() - at - head) / entry_size) return Integrity::truncated;
   std::uint64_t total = 0;
   for (std::uint64_t e = 0; e < entries; ++e) {
     const std::uint64_t entry = at + head + e * entry_size;
-    const std::uint64_t tag = number(bytes, entry, 2, order);
-    const std::uint64_t type = number(bytes, entry + 2, 2, order);
-    const std::uint64_t count = number(bytes, entry + 4, word, order);
+    const std::uint64_t tag = number_in(bytes, entry, 2, order);
+    const std::uint64_t type = number_in(bytes, entry + 2, 2, order);
+    const std::uint64_t count = number_in(bytes, entry + 4, word, order);
     if (count > bytes.size()) return Integrity::truncated;
     total += type < type_sizes.size() ? count * type_sizes[type] : 0;
     if (total > bytes.size()) return Integrity::damaged;
-    std::uint64_t offset = number(bytes, entry + 4 + word, word, order);
+    std::uint64_t offset = number_in(bytes, entry + 4 + word, word, order);
     if (child_tag == tag) {
       child_tag.reset();  // libtiff ignores a second one
       const Integrity child = check_directory(bytes, offset, format, std::nullopt);
@@ -156,14 +146,14 @@ Integrity check_directory(Bytes bytes, std::uint64_t& at, TiffFormat format,
     }
   }
   const std::uint64_t next = at + head + entries * entry_size;
-  at = next + word <= bytes.size() ? number(bytes, next, word, order) : 0;
+  at = next + word <= bytes.size() ? number_in(bytes, next, word, order) : 0;
   return Integrity::complete;
 }
 
 /// Of at least 16 bytes.
 TiffFormat tiff_format(Bytes bytes) {
   TiffFormat format{bytes[0] == std::byte{'M'} ? std::endian::big : std::endian::little, false};
-  format.big_tiff = number(bytes, 2, 2, format.order) == 43;
+  format.big_tiff = number_in(bytes, 2, 2, format.order) == 43;
   return format;
 }
 
@@ -171,7 +161,7 @@ Integrity check_tiff(Bytes bytes) {
   if (bytes.size() < 16) return Integrity::truncated;
   const TiffFormat format = tiff_format(bytes);
   std::uint64_t directory =
-      format.big_tiff ? number(bytes, 8, 8, format.order) : number(bytes, 4, 4, format.order);
+      format.big_tiff ? number_in(bytes, 8, 8, format.order) : number_in(bytes, 4, 4, format.order);
   constexpr int most_pages = 1000;
   for (int page = 0; page < most_pages; ++page) {
     const Integrity integrity = check_directory(bytes, directory, format, exif_tag);
@@ -181,6 +171,15 @@ Integrity check_tiff(Bytes bytes) {
 }
 
 }  // namespace
+
+std::uint64_t number_in(Bytes bytes, std::uint64_t at, std::size_t size, std::endian order) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::size_t k = order == std::endian::big ? i : size - 1 - i;
+    value = value << 8 | std::to_integer<std::uint64_t>(bytes[at + k]);
+  }
+  return value;
+}
 
 ImageKind image_kind(Bytes bytes) {
   if (starts_with(bytes, "\x89PNG\r\n\x1a\n", 8)) return ImageKind::png;
@@ -233,12 +232,12 @@ std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
   const TiffFormat format = tiff_format(bytes);
   const std::endian order = format.order;
   const std::size_t word = format.big_tiff ? 8 : 4, head = format.big_tiff ? 8 : 2;
-  const std::uint64_t directory = number(bytes, word, word, order);
-  const std::uint64_t entries = number(bytes, directory, head, order);
+  const std::uint64_t directory = number_in(bytes, word, word, order);
+  const std::uint64_t entries = number_in(bytes, directory, head, order);
   for (std::uint64_t e = 0; e < entries; ++e) {
     const std::uint64_t entry = directory + head + e * (4 + 2 * word);
-    if (number(bytes, entry, 2, order) != tag) continue;
-    const std::uint64_t type = number(bytes, entry + 2, 2, order);
+    if (number_in(bytes, entry, 2, order) != tag) continue;
+    const std::uint64_t type = number_in(bytes, entry + 2, 2, order);
     const bool is_fraction = type == fraction || type == signed_fraction;
     const bool is_long = type == long_type || type == directory_type;
     const bool is_long8 = type == long8_type || type == directory8_type;
@@ -246,11 +245,12 @@ std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
     const std::size_t size = type == short_type ? 2 : is_long ? 4 : 8;
     std::uint64_t at = entry + 4 + word;
     // Values of more bytes than fit there lie elsewhere.
-    if (number(bytes, entry + 4, word, order) * size > word) at = number(bytes, at, word, order);
+    if (number_in(bytes, entry + 4, word, order) * size > word)
+      at = number_in(bytes, at, word, order);
     if (at > bytes.size() || bytes.size() - at < size) return {};
-    if (!is_fraction) return static_cast<double>(number(bytes, at, size, order));
+    if (!is_fraction) return static_cast<double>(number_in(bytes, at, size, order));
     const auto whole = [&](std::uint64_t place) {
-      const auto value = static_cast<std::uint32_t>(number(bytes, place, 4, order));
+      const auto value = static_cast<std::uint32_t>(number_in(bytes, place, 4, order));
       return type == fraction ? static_cast<double>(value)
                               : static_cast<double>(static_cast<std::int32_t>(value));
     };
@@ -273,10 +273,10 @@ std::optional<ImageSize> jpeg_size(Bytes bytes) {
   if (image_kind(bytes) != ImageKind::jpeg) return size;
   walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t at) {
     if (!starts_frame(marker) || at + 10 > bytes.size()) return;
-    size = {static_cast<int>(number(bytes, at + 7, 2, std::endian::big)),
-            static_cast<int>(number(bytes, at + 5, 2, std::endian::big)),
-            static_cast<int>(number(bytes, at + 9, 1, std::endian::big)),
-            static_cast<int>(number(bytes, at + 4, 1, std::endian::big))};
+    size = {static_cast<int>(number_in(bytes, at + 7, 2, std::endian::big)),
+            static_cast<int>(number_in(bytes, at + 5, 2, std::endian::big)),
+            static_cast<int>(number_in(bytes, at + 9, 1, std::endian::big)),
+            static_cast<int>(number_in(bytes, at + 4, 1, std::endian::big))};
   });
   return size;
 }
@@ -350,13 +350,13 @@ bool holds_exr_header(Bytes bytes) {
     const std::uint64_t size = at + name.size() + 1 + type.size() + 1;
     if (size + 4 > bytes.size()) return false;
     const std::uint64_t value = size + 4;
-    const std::uint64_t length = number(bytes, size, 4, std::endian::little);
+    const std::uint64_t length = number_in(bytes, size, 4, std::endian::little);
     if (value + length > bytes.size()) return false;
     if (!has_exr_length(type, bytes.subspan(value, length))) return false;
     if (length == 16 && name == "dataWindow") {
       const auto signed_number = [&](std::uint64_t offset) {
         return std::int64_t{
-            static_cast<std::int32_t>(number(bytes, value + offset, 4, std::endian::little))};
+            static_cast<std::int32_t>(number_in(bytes, value + offset, 4, std::endian::little))};
       };
       rows = std::max(rows, signed_number(12) - signed_number(4) + 1);
       columns = std::max(columns, signed_number(8) - signed_number(0) + 1);

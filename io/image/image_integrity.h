@@ -2,6 +2,7 @@
 // the memory.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -12,6 +13,10 @@
 namespace kappamu::io {
 
 enum class ImageKind { png, tiff, jpeg, bmp, exr, radiance, unknown };
+
+/// Unsigned number of `size` bytes at `at`, which must lie inside.
+std::uint64_t number_in(std::span<const std::byte> bytes, std::uint64_t at, std::size_t size,
+                        std::endian order);
 
 /// Recognises the format by its first bytes.
 ImageKind image_kind(std::span<const std::byte> bytes);

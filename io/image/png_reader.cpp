@@ -9,16 +9,11 @@
 #include <memory>
 #include <string_view>
 
+#include "io/image/image_integrity.h"
+
 namespace kappamu::io {
 
 namespace {
-
-std::uint32_t big_endian(std::span<const std::byte> bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i)
-    value = value << 8 | std::to_integer<std::uint32_t>(bytes[at + i]);
-  return value;
-}
 
 /// Whether a reader must know the chunk (PNG specification, 5.4).
 bool is_critical(std::string_view type) {
@@ -148,7 +143,7 @@ std::optional<PlainPng> PlainPng::open(std::span<const std::byte> bytes) {
   constexpr std::size_t signature = 8, head = 8, tail = 4, described = 13;
   PlainPng png;
   for (std::size_t at = signature; at + head + tail <= bytes.size();) {
-    const std::size_t length = big_endian(bytes, at);
+    const std::uint64_t length = number_in(bytes, at, 4, std::endian::big);
     const std::string_view type(reinterpret_cast<const char*>(bytes.data()) + at + 4, 4);
     if (length > bytes.size() - at - head - tail) return std::nullopt;
     const std::span<const std::byte> data = bytes.subspan(at + head, length);
@@ -156,8 +151,9 @@ std::optional<PlainPng> PlainPng::open(std::span<const std::byte> bytes) {
     if (type == "IHDR"sv) {
       if (length != described) return std::nullopt;
       const auto number = [&](std::size_t k) { return std::to_integer<int>(data[k]); };
-      const std::uint32_t width = big_endian(data, 0), height = big_endian(data, 4);
-      constexpr std::uint32_t longest = 1U << 24;
+      const std::uint64_t width = number_in(data, 0, 4, std::endian::big);
+      const std::uint64_t height = number_in(data, 4, 4, std::endian::big);
+      constexpr std::uint64_t longest = 1U << 24;
       constexpr int grey = 0, rgb = 2;
       const int bits = number(8), colours = number(9);
       const bool plain = (colours == grey || colours == rgb) && (bits == 8 || bits == 16) &&

@@ -15,8 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double usable_memory = 0.7;
-
 GridShape voxels_over(const Eigen::AlignedBox3d& box, double detail,
                       std::vector<std::string>& warnings) {
   const double coarsest = std::cbrt(box.volume() / most_baked_voxels);
@@ -32,7 +30,7 @@ GridShape voxels_over(const Eigen::AlignedBox3d& box, double detail,
   const Eigen::Array3i n = (box.sizes() / h).array().ceil().cast<int>().max(1);
   GridShape shape{n[0], n[1], n[2], h};
   const double bytes = bytes_per_baked_voxel * static_cast<double>(shape.cells());
-  if (bytes > usable_memory * main_memory()) {
+  if (bytes > usable_memory()) {
     throw InputError("its material's voxels need " + gigabytes(bytes) +
                      " of memory where this machine has " + gigabytes(main_memory()) +
                      "; make the details larger");

@@ -231,13 +231,12 @@ NamedField make_field(const Material& material, const TriangleMesh& mesh) {
 }
 
 void expect_wrap_memory(const Scene& scene, Progress& progress) {
-  constexpr double usable_memory = 0.7;
   for (const SceneObject& object : scene.objects) {
     const std::optional<double> scores = scores_bytes(object.material);
     if (!scores) continue;
     // The object's voxels are copied once, into the media.
     const double bytes = *scores + 2.0 * bytes_per_baked_voxel * most_baked_voxels;
-    if (bytes > usable_memory * main_memory()) {
+    if (bytes > usable_memory()) {
       throw InputError("object '" + object.name + "': wrapping its block needs " +
                        gigabytes(bytes) + " of memory where this machine has " +
                        gigabytes(main_memory()) + "; fit with larger voxels");

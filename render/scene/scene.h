@@ -162,6 +162,9 @@ struct Scene {
 /// The scene's own and those it names: meshes, volumes, images.
 std::vector<std::filesystem::path> files_of(const Scene& scene);
 
+/// Whether it is no scene but what one begins with (new_scene.h): a folder, a volume or a mesh.
+bool begins_scene(const std::filesystem::path& path);
+
 /// Throws InputError naming file, field and fix.
 Scene read_scene(const std::filesystem::path& file);
 /// Of a text that stands for the file; messages name the file and `which` of its texts it is.

@@ -292,8 +292,12 @@ void add_files(const Material& material, std::vector<std::filesystem::path>& fil
 
 }  // namespace
 
+bool begins_scene(const std::filesystem::path& path) {
+  return is_directory(path) || io::is_mesh_file(path) || lower_extension(path) == ".vdb";
+}
+
 Scene read_scene(const std::filesystem::path& file) {
-  if (io::is_mesh_file(file) || lower_extension(file) == ".vdb" || is_directory(file)) {
+  if (begins_scene(file)) {
     throw InputError(
         file.string() + ": is no scene; have a first scene of it written, and give that",
         {{"new_scene"}});

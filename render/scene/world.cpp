@@ -65,11 +65,10 @@ namespace {
 
 /// Of meshes, samples, both casters and what pictures keep of corners.
 constexpr double bytes_per_triangle = 1000.0;
-constexpr double usable_memory = 0.7;
 
 void expect_memory(std::size_t triangles, const std::string& object) {
   const double bytes = bytes_per_triangle * static_cast<double>(triangles);
-  if (bytes <= usable_memory * main_memory()) return;
+  if (bytes <= usable_memory()) return;
   throw InputError("object '" + object + "': with it the scene has " + std::to_string(triangles) +
                    " triangles, which need " + gigabytes(bytes) +
                    " of memory where this machine has " + gigabytes(main_memory()) +

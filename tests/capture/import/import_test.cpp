@@ -160,12 +160,13 @@ class Import : public testing::Test {
     Progress silent;
     return import_session({photographs, plan, out, table}, silent);
   }
+  struct Listener : Progress {
+    void warn(const std::string& sentence) override { text += sentence + "\n"; }
+    std::string text;
+  };
   /// What the import warns of.
   std::string warnings(std::optional<Orientation> orientation = {}) {
-    struct Listener : Progress {
-      void warn(const std::string& sentence) override { text += sentence + "\n"; }
-      std::string text;
-    } listener;
+    Listener listener;
     fs::remove(out / "session.json");
     import_session({photographs, plan, out, table, Links::within, orientation}, listener);
     return listener.text;
@@ -478,10 +479,6 @@ TEST_P(ImportOrientation, IsSettledWithoutASessionToo) {
     fs::copy_file(path(name), stack / name);
     write_exif(stack / name, {name[7] == '0' ? "1/30" : "1/5", "56/10", 100, tag});
   }
-  struct Listener : Progress {
-    void warn(const std::string& sentence) override { text += sentence + "\n"; }
-    std::string text;
-  };
   PhotographSource source{stack, {}};
   for (const bool boards : {false, true}) {
     const auto session_by = [&](std::optional<Orientation> wish) {
