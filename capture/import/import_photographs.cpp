@@ -251,12 +251,12 @@ int read_camera(const fs::path& photograph, Camera& camera) {
   };
   if (io::is_raw_file(photograph)) {
     const io::RawImage raw = io::read_raw(photograph);
-    take_size(raw.mosaic);
+    take_size(raw.codes);
     camera.encoding = Encoding::linear;
     camera.white_level = raw.white;
     camera.bit_depth = 8;
     while (raw.white >> camera.bit_depth != 0) ++camera.bit_depth;
-    return raw.layout ? 3 : 1;
+    return raw.channels();
   }
   camera.white_level.reset();
   if (io::is_float_image(photograph)) {

@@ -207,7 +207,7 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
   };
   std::vector<Sites> loaded = load_all(stack, [&](const Frame& frame) {
     io::RawImage raw = load_raw_frame(session, frame, part);
-    return Sites{raw.layout ? pack_sites(raw.mosaic) : std::move(raw.mosaic), raw.layout};
+    return Sites{raw.layout ? pack_sites(raw.codes) : std::move(raw.codes), raw.layout};
   });
   const std::optional<io::BayerLayout> layout = loaded.front().layout;
   std::vector<ExposedFrame> frames;

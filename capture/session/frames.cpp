@@ -163,15 +163,16 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Pa
   const Camera& camera = session.camera;
   io::RawImage image;
   if (is_headerless(camera, frame.file)) {
-    image.mosaic = read_headerless(camera, path);
+    image.codes = read_headerless(camera, path);
     image.layout = camera.raw_layout->mosaic;
     image.white = camera.white_level.value_or(largest_code(camera));
   } else {
     image =
         io::read_raw(path, [&](const io::ImageSize& size) { check_extent(session, path, size); });
   }
-  const std::size_t channels = image.layout ? 3 : 1;
-  if (session.channels.size() != channels || camera.encoding != Encoding::linear) {
+  const int channels = image.channels();
+  if (static_cast<int>(session.channels.size()) != channels ||
+      camera.encoding != Encoding::linear) {
     throw InputError(path.string() + ": this RAW frame is linear and has " +
                      (channels == 3 ? "channels R, G, B" : "one channel, grey") + "; " +
                      (has_file(session)
@@ -189,8 +190,8 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Pa
                      (has_file(session) ? "; write " + std::to_string(image.white) + " there."
                                         : "; give photographs of one camera and setting."));
   }
-  image.mosaic = kept(io::turned(std::move(image.mosaic), orientation_of(session)), part);
-  check_codes(session, path, image.mosaic);
+  image.codes = kept(io::turned(std::move(image.codes), orientation_of(session)), part);
+  check_codes(session, path, image.codes);
   if (image.layout) {
     Image<int> cell(2, 2, 1);
     std::copy(image.layout->begin(), image.layout->end(), cell.values().begin());
@@ -203,7 +204,7 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Pa
 Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
   if (!is_raw_frame(session, frame)) return load_frame(session, frame);
   io::RawImage raw = load_raw_frame(session, frame);
-  return raw.layout ? pack_colours(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
+  return raw.layout ? pack_colours(raw.codes, *raw.layout) : std::move(raw.codes);
 }
 
 Image<float> load_float_frame(const Session& session, const Frame& frame, const Part& part) {
@@ -246,7 +247,7 @@ Image<std::uint16_t> whole_frame(const Session& session, const Frame& frame, con
   }
   if (is_raw_frame(session, frame)) {
     io::RawImage raw = load_raw_frame(session, frame, part);
-    return raw.layout ? demosaic(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
+    return raw.layout ? demosaic(raw.codes, *raw.layout) : std::move(raw.codes);
   }
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;

@@ -52,15 +52,15 @@ Image<std::uint16_t> load_sites(const Session& session, const Frame& frame);
 /// Whether the file is a RAW one without a header, whose layout the camera's description has.
 bool is_headerless(const Camera& camera, const std::filesystem::path& file);
 
-/// Whether the frame holds a sensor's own codes: a camera RAW file, or one without a header whose
-/// layout the session describes.
+/// Whether the frame holds a sensor's own codes, or those of a linear DNG: a camera RAW file, or
+/// one without a header whose layout the session describes.
 bool is_raw_frame(const Session& session, const Frame& frame);
 
 /// What the projector showed, codes 0 to 255. Throws InputError where it is not grey, of other bits
 /// or not of the projector's size.
 Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern);
 
-/// A RAW frame's codes, with or without a mosaic. Throws as load_frame() does, and where the
+/// A RAW frame's codes, a mosaic's or of every channel. Throws as load_frame() does, and where the
 /// session's camera is not linear or has another white level than the file. Without a header the
 /// session's white level is taken.
 io::RawImage load_raw_frame(const Session& session, const Frame& frame, const Part& part = {});

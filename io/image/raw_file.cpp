@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr int colour_channels = 3;
+
 [[noreturn]] void fail(const fs::path& file, const std::string& why) {
   throw InputError(file.string() + ": " + why);
 }
@@ -135,13 +137,21 @@ bool has_lossy_jpeg(LibRaw& raw, std::span<const std::byte> bytes) {
   return false;
 }
 
-/// Nothing of a sensor without colour filters.
+/// Whether a pixel has three colours instead of one code of a mosaic: a DNG of photometric
+/// interpretation "linear raw". Other formats with such pixels hold balanced or subsampled colours.
+bool is_linear(LibRaw& raw) {
+  const libraw_iparams_t& kind = raw.imgdata.idata;
+  return kind.dng_version != 0 && kind.filters == 0 && kind.colors == colour_channels;
+}
+
+/// Nothing of a sensor without colour filters, and of a linear DNG.
 std::optional<BayerLayout> layout_of(LibRaw& raw, const fs::path& file) {
   // Below 1000 LibRaw codes other things than a 2 x 2 pattern (0: none, 9: X-Trans).
   constexpr unsigned least_pattern = 1000;
+  if (is_linear(raw)) return std::nullopt;
   if (raw.imgdata.idata.filters == 0 && raw.imgdata.idata.colors == 1) return std::nullopt;
   if (raw.imgdata.idata.filters < least_pattern) {
-    fail(file, "not from a Bayer sensor (such as X-Trans); convert it to linear TIFF or EXR");
+    fail(file, "not from a Bayer sensor (such as X-Trans); convert it to linear DNG, TIFF or EXR");
   }
   BayerLayout layout{};
   std::array<int, 3> sites{};
@@ -153,9 +163,49 @@ std::optional<BayerLayout> layout_of(LibRaw& raw, const fs::path& file) {
     }
   }
   if (sites != std::array<int, 3>{1, 2, 1}) {
-    fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
+    fail(file, "not from a Bayer sensor; convert it to linear DNG, TIFF or EXR");
   }
   return layout;
+}
+
+/// The visible area of what LibRaw has unpacked: `stored` codes a pixel, of which the first are the
+/// channels of `codes`.
+void copy_visible(const libraw_image_sizes_t& sizes, const ushort* unpacked, std::size_t stored,
+                  const fs::path& file, Image<std::uint16_t>& codes) {
+  const std::size_t pitch = sizes.raw_pitch / sizeof(ushort);
+  if (unpacked == nullptr || sizes.left_margin + codes.width() > sizes.raw_width ||
+      sizes.top_margin + codes.height() > sizes.raw_height || pitch < stored * sizes.raw_width) {
+    fail(file, "truncated or damaged RAW file; copy or photograph it again");
+  }
+  const auto channels = static_cast<std::size_t>(codes.channels());
+  for (int y = 0; y < codes.height(); ++y) {
+    const ushort* pixel = unpacked + (sizes.top_margin + static_cast<std::size_t>(y)) * pitch +
+                          sizes.left_margin * stored;
+    for (int x = 0; x < codes.width(); ++x, pixel += stored) {
+      std::copy_n(pixel, channels, &codes(x, y));
+    }
+  }
+}
+
+/// By the file's tags, of each channel.
+std::array<double, 3> black_of(LibRaw& raw, const RawImage& image) {
+  const libraw_colordata_t& colour = raw.imgdata.color;
+  std::array<double, 3> black{};
+  if (image.codes.channels() == colour_channels) {
+    for (std::size_t channel = 0; channel < black.size(); ++channel) {
+      black[channel] = colour.black + colour.cblack[channel] + repeated_black(colour, 0, 0);
+    }
+    return black;
+  }
+  for (std::size_t site = 0; site < 4; ++site) {
+    const int row = static_cast<int>(site) / 2, column = static_cast<int>(site) % 2;
+    const auto index = static_cast<std::size_t>(image.layout ? raw.COLOR(row, column) : 0);
+    const auto channel = static_cast<std::size_t>(image.layout ? (*image.layout)[site] : 0);
+    const double share = !image.layout ? 0.25 : channel == 1 ? 0.5 : 1.0;  // of its sites
+    black[channel] +=
+        share * (colour.black + colour.cblack[index] + repeated_black(colour, site / 2, site % 2));
+  }
+  return black;
 }
 
 }  // namespace
@@ -180,10 +230,16 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
          std::string("not a camera RAW file that LibRaw reads (") + libraw_strerror(status) + ")");
   }
   const libraw_image_sizes_t& sizes = raw.imgdata.sizes;
-  const int width = sizes.width / 2 * 2;
-  const int height = sizes.height / 2 * 2;
-  check_size(file, {width, height, 1}, bytes.size(), expected);
-  check_size(file, {sizes.raw_width, sizes.raw_height, 1}, bytes.size(), {});  // with its margins
+  const bool linear = is_linear(raw);
+  const int width = linear ? sizes.width : sizes.width / 2 * 2;
+  const int height = linear ? sizes.height : sizes.height / 2 * 2;
+  const int channels = linear ? colour_channels : 1;
+  check_size(file, {width, height, channels}, bytes.size(), expected);
+  check_size(file, {sizes.raw_width, sizes.raw_height, channels}, bytes.size(), {});  // and margins
+  // LibRaw scales them to whole numbers, each photograph by its own largest, or was built without.
+  if (raw.is_floating_point() != 0) {
+    fail(file, "a DNG of floating point numbers; convert it to linear TIFF or EXR");
+  }
   if (has_plain_tiles(raw)) {
     fail(file, "a DNG of uncompressed tiles; compress it, or convert it to linear TIFF or EXR");
   }
@@ -196,39 +252,30 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
   if (status != LIBRAW_SUCCESS || damaged) {
     fail(file, "truncated or damaged RAW file; copy or photograph it again");
   }
-  const ushort* codes = raw.imgdata.rawdata.raw_image;
-  if (codes == nullptr) {
+  const libraw_rawdata_t& unpacked = raw.imgdata.rawdata;
+  if (unpacked.raw_image == nullptr && !linear) {
     fail(file,
-         "holds several colours a pixel (linear DNG), no sensor's codes; convert it to linear "
-         "TIFF or EXR");
+         "holds several colours a pixel that are no linear DNG's; convert it to linear TIFF "
+         "or EXR");
   }
   RawImage image;
   image.layout = layout_of(raw, file);
-  const std::size_t pitch = sizes.raw_pitch / sizeof(ushort);
-  if (sizes.left_margin + width > sizes.raw_width || sizes.top_margin + height > sizes.raw_height ||
-      pitch < sizes.raw_width) {
-    fail(file, "truncated or damaged RAW file; copy or photograph it again");
-  }
-  image.mosaic = Image<std::uint16_t>(width, height, 1);
-  for (int y = 0; y < height; ++y) {
-    const ushort* row = codes + (sizes.top_margin + y) * pitch + sizes.left_margin;
-    std::copy_n(row, width, &image.mosaic(0, y));
+  image.codes = Image<std::uint16_t>(width, height, channels);
+  if (!linear) {
+    copy_visible(sizes, unpacked.raw_image, 1, file, image.codes);
+  } else if (unpacked.color4_image != nullptr) {
+    copy_visible(sizes, *unpacked.color4_image, 4, file, image.codes);
+  } else {
+    copy_visible(sizes, unpacked.color3_image == nullptr ? nullptr : *unpacked.color3_image, 3,
+                 file, image.codes);
   }
   // Of compressed data that LibRaw does not know it makes zeros.
-  const auto& mosaic = image.mosaic.values();
-  if (std::all_of(mosaic.begin(), mosaic.end(), [](int code) { return code == 0; })) {
+  const auto& codes = image.codes.values();
+  if (std::all_of(codes.begin(), codes.end(), [](int code) { return code == 0; })) {
     fail(file, "every code is 0: damaged, or compressed in a way that LibRaw does not read");
   }
-  const libraw_colordata_t& colour = raw.imgdata.color;
-  for (std::size_t site = 0; site < 4; ++site) {
-    const int row = static_cast<int>(site) / 2, column = static_cast<int>(site) % 2;
-    const auto index = static_cast<std::size_t>(image.layout ? raw.COLOR(row, column) : 0);
-    const auto channel = static_cast<std::size_t>(image.layout ? (*image.layout)[site] : 0);
-    const double share = !image.layout ? 0.25 : channel == 1 ? 0.5 : 1.0;  // of its sites
-    image.black[channel] +=
-        share * (colour.black + colour.cblack[index] + repeated_black(colour, site / 2, site % 2));
-  }
-  image.white = static_cast<int>(colour.maximum);
+  image.black = black_of(raw, image);
+  image.white = static_cast<int>(raw.imgdata.color.maximum);
   return image;
 }
 

@@ -21,17 +21,21 @@ bool is_raw_file(const std::filesystem::path& file);
 using BayerLayout = std::array<int, 4>;
 
 struct RawImage {
-  /// Codes of the visible area as the sensor gave them, one channel, both extents even: no black
-  /// subtracted, no white balance, no demosaicing.
-  Image<std::uint16_t> mosaic;
-  std::optional<BayerLayout> layout;  ///< nothing: a sensor without colour filters
+  /// Codes of the visible area, no black subtracted, no white balance. Of a sensor: as it gave
+  /// them, one channel, both extents even. Of a linear DNG: R, G, B, by the converter that wrote
+  /// it.
+  Image<std::uint16_t> codes;
+  std::optional<BayerLayout> layout;  ///< of a mosaic; nothing: grey, or three channels
   std::array<double, 3> black{};      ///< R, G, B or grey: black level by the file [codes]
   int white = 0;                      ///< code at which the sensor saturates, by the file
+
+  /// Of the picture: R, G, B also of a mosaic; or grey.
+  int channels() const { return layout ? 3 : codes.channels(); }
 };
 
-/// Throws InputError naming the file if it is missing, truncated, unknown to LibRaw, or from
-/// neither a Bayer nor a grey sensor (X-Trans, linear DNG). `expected` sees the mosaic's size (one
-/// channel) before it is unpacked.
+/// Throws InputError naming the file if it is missing, truncated, unknown to LibRaw, holds floating
+/// point numbers, or is neither of a Bayer nor of a grey sensor nor a linear DNG of three colours
+/// (X-Trans, other formats' reduced RAW). `expected` sees the codes' size before they are unpacked.
 RawImage read_raw(const std::filesystem::path& file, const SizeCheck& expected = {});
 
 /// How the codes of a RAW file without a header lie, row by row, each row from left to right.

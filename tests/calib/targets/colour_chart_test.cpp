@@ -178,7 +178,7 @@ TEST(RealChart, RawPhotographGivesWhiteBalanceAndScale) {
     for (double& mean : w.mean) mean += black;
   }
   const auto light = [&](double code) { return (code - black) / (raw.white - black); };
-  const Image<std::uint16_t> codes = capture::demosaic(raw.mosaic, *raw.layout);
+  const Image<std::uint16_t> codes = capture::demosaic(raw.codes, *raw.layout);
   expect_found_in_every_turn("RAW", codes, capture::Encoding::linear);
   const ChartReference chart = measure("RAW", codes, capture::Encoding::linear, windows, light);
   // The photograph's flare, 1.1 % of white (SOURCE.md: G = 1300 Y + 14.3), brightens the dark ones.

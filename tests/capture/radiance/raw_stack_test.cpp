@@ -128,7 +128,7 @@ TEST_F(RealRawStack, CodesReachRadianceUnchanged) {
   for (int y = 0; y < 1156; ++y) {
     for (int x = 0; x < 1734; ++x) {
       const int c = (*raw.layout)[static_cast<std::size_t>(2 * (y % 2) + x % 2)];
-      const double expected = (raw.mosaic(x, y) - 2048.0) / (15000.0 - 2048.0) / 0.25;
+      const double expected = (raw.codes(x, y) - 2048.0) / (15000.0 - 2048.0) / 0.25;
       worst = std::max(worst, std::abs(merged.radiance(x, y, c) - expected));
     }
   }

@@ -13,6 +13,7 @@
 #include "io/image/image_file.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
+#include "tests/io/image/plain_tiff.h"
 #include "tests/sentence.h"
 
 namespace kappamu::capture {
@@ -129,6 +130,38 @@ TEST_F(Frames, AStackOfAPartIsMergedAsTheWhole) {
   }
 }
 
+// Three colours a pixel (linear DNG) are merged as a TIFF of the same codes is.
+TEST_F(Frames, LinearDngIsMergedAsItsCodes) {
+  io::Page page = io::dng(false, {});
+  page.samples = 3;
+  Image<std::uint16_t> codes(64, 48, 3);
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    codes.values()[i] = static_cast<std::uint16_t>(64 + 911 * i % 60000);
+    io::put_number(page.pixels, codes.values()[i], 2);
+  }
+  write_text(path("a.dng"), io::tiff({page}));
+  io::write_image(path("a.tif"), codes);
+  session.camera = {64, 48, 16, Encoding::linear, 65000, {}, {}};
+  const Frame raw{"a.dng", 0.1}, plain{"a.tif", 0.1};
+  EXPECT_EQ(load_frame(session, raw).values(), codes.values());
+  EXPECT_EQ(load_sites(session, raw).values(), codes.values());
+  const Region part{7, 5, 31, 20};
+  EXPECT_EQ(load_frame(session, raw, part).values(), cropped(codes, part).values());
+  Radiometry radiometry;
+  radiometry.bit_depth = 16;
+  radiometry.black_level = {64.0, 64.0, 64.0};
+  radiometry.response.linear.assign(3, linear_response(16, 64.0, 65000));
+  radiometry.noise.assign(3, {20000.0, 5.0});
+  const HdrImage merged = merge_stack(session, {raw}, "raw", radiometry);
+  const HdrImage expected = merge_stack(session, {plain}, "plain", radiometry);
+  EXPECT_EQ(merged.radiance.values(), expected.radiance.values());
+  EXPECT_EQ(merged.variance.values(), expected.variance.values());
+  session.camera.orientation = 3;
+  EXPECT_EQ(load_frame(session, raw)(0, 0, 2), codes(63, 47, 2));
+  session.channels = {"Y"};
+  EXPECT_THAT(error_of("a.dng"), HasSubstr("has channels R, G, B"));
+}
+
 TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
   const auto code = [](int x, int y) { return (41 * x + 7 * y) % 4096; };
   std::string big(5, '!');
@@ -143,13 +176,13 @@ TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
   const io::RawImage raw = load_raw_frame(session, {"a.raw", 0.1});
   EXPECT_EQ(raw.layout, (io::BayerLayout{1, 2, 0, 1}));
   for (int y = 0; y < 30; ++y) {
-    for (int x = 0; x < 40; ++x) ASSERT_EQ(raw.mosaic(x, y), code(x, y)) << x << ", " << y;
+    for (int x = 0; x < 40; ++x) ASSERT_EQ(raw.codes(x, y), code(x, y)) << x << ", " << y;
   }
   EXPECT_EQ(load_frame(session, {"a.raw", 0.1}).channels(), 3);
 
   session.channels = {"Y"};
   session.camera.raw_layout->mosaic.reset();
-  EXPECT_EQ(load_frame(session, {"a.raw", 0.1}).values(), raw.mosaic.values());
+  EXPECT_EQ(load_frame(session, {"a.raw", 0.1}).values(), raw.codes.values());
   session.camera.raw_layout->offset = 4;
   EXPECT_THAT(
       error_of("a.raw"),

@@ -26,6 +26,22 @@ struct Page {
   unsigned compression = 1;
 };
 
+/// A minimal DNG: of a Bayer sensor, or without colour filters where `cfa` is false.
+inline Page dng(bool cfa, std::vector<Tag> more) {
+  Page page{cfa ? 32803U : 34892U, 0, 64, 48, 1, std::move(more)};
+  if (cfa) {
+    page.more.push_back({33421, 3, {2, 2}});
+    page.more.push_back({33422, 1, {0, 1, 1, 2}});
+  }
+  page.more.push_back({271, 2, {'T', 'e', 's', 't', 0}});
+  page.more.push_back({272, 2, {'C', 'a', 'm', 0}});
+  page.more.push_back({50706, 1, {1, 4, 0, 0}});
+  page.more.push_back({50708, 2, {'T', 'e', 's', 't', ' ', 'C', 'a', 'm', 0}});
+  page.more.push_back({50714, 4, {64}});
+  page.more.push_back({50717, 4, {65000}});
+  return page;
+}
+
 inline std::string tiff(const std::vector<Page>& pages) {
   constexpr std::array<int, 11> sizes{0, 1, 1, 2, 4, 4, 0, 0, 0, 0, 4};  // of a value's numbers
   std::string bytes("II*\0", 4);

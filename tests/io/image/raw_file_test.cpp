@@ -59,8 +59,8 @@ std::vector<std::uint16_t> plain_unpack(const std::filesystem::path& file) {
 
 TEST_F(RealRaw, GivesTheSensorsOwnCodes) {
   const RawImage raw = read_raw(file);
-  ASSERT_EQ(raw.mosaic.width(), active_width);
-  ASSERT_EQ(raw.mosaic.height(), active_height);
+  ASSERT_EQ(raw.codes.width(), active_width);
+  ASSERT_EQ(raw.codes.height(), active_height);
   const std::vector<std::uint16_t> plain = plain_unpack(file);
   // What LibRaw's own unprocessed_raw gave (SOURCE.md).
   EXPECT_EQ(*std::min_element(plain.begin(), plain.end()), 1702);
@@ -68,7 +68,7 @@ TEST_F(RealRaw, GivesTheSensorsOwnCodes) {
   long differing = 0;
   for (int y = 0; y < active_height; ++y) {
     for (int x = 0; x < active_width; ++x) {
-      differing += raw.mosaic(x, y) != plain[static_cast<std::size_t>(y + top) * full_width +
+      differing += raw.codes(x, y) != plain[static_cast<std::size_t>(y + top) * full_width +
                                              static_cast<std::size_t>(x + left)];
     }
   }
@@ -102,7 +102,7 @@ TEST_F(RealRaw, PatchMeansAreThoseMeasuredByOthers) {
       for (int x = x0 - 15; x < x0 + 15; ++x) {
         const auto c =
             static_cast<std::size_t>((*raw.layout)[static_cast<std::size_t>(2 * (y % 2) + x % 2)]);
-        sum[c] += raw.mosaic(x, y) - 2048.0;
+        sum[c] += raw.codes(x, y) - 2048.0;
         count[c] += 1.0;
       }
     }

@@ -28,6 +28,10 @@ class Tiff : public FolderTest {
     const auto file = write(pages);
     return sentence_of([&] { read_code_image(file); });
   }
+  std::string refusal_of_raw(const Page& page) {
+    const auto file = write({page}, "a.dng");
+    return sentence_of([&] { read_raw(file); });
+  }
 };
 
 TEST_F(Tiff, BlackIsZero) {
@@ -126,22 +130,6 @@ TEST_F(Tiff, ExposureComesFromIfd0OrTheShutterSpeed) {
   EXPECT_FALSE(read_photo_settings(write({Page{1}})).orientation);
 }
 
-/// A minimal DNG: of a Bayer sensor, or without colour filters where `cfa` is false.
-Page dng(bool cfa, std::vector<Tag> more) {
-  Page page{cfa ? 32803U : 34892U, 0, 64, 48, 1, std::move(more)};
-  if (cfa) {
-    page.more.push_back({33421, 3, {2, 2}});
-    page.more.push_back({33422, 1, {0, 1, 1, 2}});
-  }
-  page.more.push_back({271, 2, {'T', 'e', 's', 't', 0}});
-  page.more.push_back({272, 2, {'C', 'a', 'm', 0}});
-  page.more.push_back({50706, 1, {1, 4, 0, 0}});
-  page.more.push_back({50708, 2, {'T', 'e', 's', 't', ' ', 'C', 'a', 'm', 0}});
-  page.more.push_back({50714, 4, {64}});
-  page.more.push_back({50717, 4, {65000}});
-  return page;
-}
-
 TEST_F(Tiff, RawExposureComesFromIfd0OrTheShutterSpeed) {
   const Tag exposure{33434, 5, {1, 10}}, speed{37377, 10, {4, 1}};
   const Tag slow{37377, 10, {0xFFFFFFFFU, 1}}, turned{274, 3, {3}};
@@ -163,16 +151,56 @@ TEST_F(Tiff, RawOfAGreySensorIsReadWithoutAMosaic) {
   EXPECT_FALSE(grey.layout);
   EXPECT_EQ(grey.black[0], 64.0);
   EXPECT_EQ(grey.white, 65000);
-  EXPECT_EQ(grey.mosaic.values(), colour.mosaic.values());
+  EXPECT_EQ(grey.codes.values(), colour.codes.values());
   Page repeated = dng(true, {{50713, 3, {2, 2}}});
   for (Tag& tag : repeated.more) {
     if (tag.number == 50714) tag.values = {100, 110, 120, 130};
   }
   EXPECT_EQ(read_raw(write({repeated}, "a.dng")).black, (std::array<double, 3>{100, 115, 130}));
-  Page linear = dng(false, {});
-  linear.samples = 3;
-  const auto file = write({linear}, "a.dng");
-  EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("several colours a pixel"));
+}
+
+// Converters write several colours a pixel ("linear raw"), in an odd extent where they like.
+TEST_F(Tiff, LinearDngIsReadInItsThreeColours) {
+  Page page = dng(false, {{50829, 4, {1, 2, 48, 65}}});  // the first row and two columns are margin
+  page.samples = 3;
+  page.width = 65;
+  page.height = 49;
+  const auto code = [](unsigned x, unsigned y, unsigned c) { return 100 * x + 7 * y + 20000 * c; };
+  for (unsigned y = 0; y < page.height; ++y) {
+    for (unsigned i = 0; i < 3 * page.width; ++i) put_number(page.pixels, code(i / 3, y, i % 3), 2);
+  }
+  for (Tag& tag : page.more) {
+    if (tag.number == 50714) tag.values = {100, 110, 120};
+    if (tag.number == 50717) tag.values = {60000, 60000, 60000};
+  }
+  const RawImage raw = read_raw(write({page}, "a.dng"));
+  EXPECT_FALSE(raw.layout);
+  EXPECT_EQ(raw.channels(), 3);
+  ASSERT_EQ(raw.codes.width(), 63);
+  ASSERT_EQ(raw.codes.height(), 47);
+  for (unsigned y = 0; y < 47; ++y) {
+    for (unsigned x = 0; x < 63; ++x) {
+      for (unsigned c = 0; c < 3; ++c) {
+        ASSERT_EQ(raw.codes(static_cast<int>(x), static_cast<int>(y), static_cast<int>(c)),
+                  static_cast<int>(code(x + 2, y + 1, c)));
+      }
+    }
+  }
+  EXPECT_EQ(raw.black, (std::array<double, 3>{100, 110, 120}));
+  EXPECT_EQ(raw.white, 60000);
+  page.samples = 2;
+  page.pixels.clear();
+  EXPECT_THAT(refusal_of_raw(page), HasSubstr("a.dng: "));
+}
+
+TEST_F(Tiff, RawOfFloatingPointNumbersIsRefused) {
+  for (const unsigned samples : {1U, 3U}) {
+    Page page = dng(samples == 1, {{339, 3, std::vector<std::uint32_t>(samples, 3)}});
+    page.samples = samples;
+    page.bits = 32;
+    page.compression = 8;
+    EXPECT_THAT(refusal_of_raw(page), HasSubstr("a.dng: a DNG of floating point numbers"));
+  }
 }
 
 // Compression 7 is lossless JPEG (SOF3) or, by cameras and converters that save room, baseline JPEG
@@ -185,8 +213,7 @@ TEST_F(Tiff, LossyRawIsRefused) {
   page.bits = 8;
   page.pixels.assign(jpeg.begin(), jpeg.end());
   page.compression = 7;
-  const auto file = write({page}, "a.dng");
-  EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("a.dng: holds lossy JPEG"));
+  EXPECT_THAT(refusal_of_raw(page), HasSubstr("a.dng: holds lossy JPEG"));
 }
 
 // A lossless JPEG of 2 x 1 codes, made by hand from T.81, annex H: predictor 1, differences of no
@@ -203,7 +230,7 @@ TEST_F(Tiff, LosslessRawIsRead) {
   page.pixels = jpeg + std::string(64 * 48 / 8, '\0') + "\xFF\xD9";
   page.compression = 7;
   const RawImage raw = read_raw(write({page}, "a.dng"));
-  EXPECT_THAT(raw.mosaic.values(), testing::Each(1 << 15));
+  EXPECT_THAT(raw.codes.values(), testing::Each(1 << 15));
 }
 
 }  // namespace
