@@ -69,7 +69,7 @@ TEST_F(RealRaw, GivesTheSensorsOwnCodes) {
   for (int y = 0; y < active_height; ++y) {
     for (int x = 0; x < active_width; ++x) {
       differing += raw.codes(x, y) != plain[static_cast<std::size_t>(y + top) * full_width +
-                                             static_cast<std::size_t>(x + left)];
+                                            static_cast<std::size_t>(x + left)];
     }
   }
   EXPECT_EQ(differing, 0);
