@@ -323,7 +323,7 @@ inline constexpr double first_raise = 8.0;
 inline constexpr double least_damping = 1e-12;
 /// A step that keeps less of its promise asks for a fresh Jacobian.
 inline constexpr double trusted_step = 0.25;
-/// One that keeps less than this may be bent.
+/// One that keeps less than this may be bent: for six layers 7 times fewer solves (fit-path.md).
 inline constexpr double kept_well = 0.75;
 }  // namespace levenberg_marquardt
 
