@@ -138,6 +138,7 @@ std::string listed(const std::vector<std::string>& names) {
 std::vector<std::size_t> places_of(const std::vector<CsvColumn>& columns,
                                    const std::vector<std::string>& header,
                                    const std::string& where) {
+  if (header.empty()) throw InputError(where + " is empty; the first line names the columns.");
   std::vector<std::size_t> places;
   for (const CsvColumn& column : columns) {
     const auto is_it = [&](const std::string& name) { return lower(name) == column.name; };

@@ -63,7 +63,7 @@ TEST_F(CsvTable, NumbersMayHaveADecimalComma) {
 TEST_F(CsvTable, WhatIsNoTableIsRefusedByLine) {
   EXPECT_THAT(refusal("name,shot\na,b\n"),
               AllOf(HasSubstr("table.csv: line 1 names no column 'file' but 'name', 'shot'")));
-  EXPECT_THAT(refusal(""), HasSubstr("names no column 'file'"));
+  EXPECT_THAT(refusal(""), HasSubstr("table.csv: line 1 is empty"));
   EXPECT_THAT(refusal("file,shot,File\na,b,c\n"), HasSubstr("names the column 'file' twice"));
   EXPECT_THAT(refusal("file,shot\na,b\n\nb\n"), HasSubstr("line 4 has no shot"));
   EXPECT_THAT(refusal("file,shot\na,b,c\n"),
