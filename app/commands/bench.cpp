@@ -29,6 +29,9 @@ const std::vector<Measurement>& measurements() {
        "Fits of the four samples of Wang et al. 2008; a quarter of an hour",
        {"inverse", "--section", "samples"}},
       {"objects", "Every model of objects beside Monte Carlo", {"objects", "--section", "models"}},
+      {"sfdi",
+       "Maps of phantoms and tissue that others photographed (--data), beside published values",
+       {"sfdi", "--section", "phantoms", "tissue"}},
       {"fur", "Fur in shells beside the integral along rays", {"fur", "--section", "reference"}}};
   return all;
 }
