@@ -1,5 +1,7 @@
 #include "app/viewer/answers.h"
 
+#include <chrono>
+
 #include "core/error.h"
 
 namespace kappamu::app {
@@ -9,6 +11,9 @@ namespace {
 /// An answer of this time is waited for, though another question is asked: a hand that keeps moving
 /// shall see where it is [s].
 constexpr double worth_waiting_s = 0.5;
+/// A hand that moves asks again within this time after an answer [s]: nothing is begun that it
+/// would interrupt.
+constexpr double pause_s = 0.15;
 
 }  // namespace
 
@@ -102,9 +107,15 @@ bool Answers::cancelled() const {
 void Answers::work() {
   Listener progress(*this);
   std::unique_lock lock(mutex_);
+  Stopwatch since_answer;
   while (!stop_) {
     if (!asked_ && !refining_ && !may_trace()) {
       changed_.wait(lock);
+      continue;
+    }
+    const double pause = pause_s - since_answer.seconds();
+    if (!asked_ && pause > 0.0) {
+      changed_.wait_for(lock, std::chrono::duration<double>(pause));
       continue;
     }
     const std::optional<render::LiveQuestion> question = std::exchange(asked_, std::nullopt);
@@ -132,6 +143,7 @@ void Answers::work() {
     }
     lock.lock();
     working_ = false;
+    if (question) since_answer = {};
     failure_ = failure;
     if (now_.tracing) {
       const bool wanted = !asked_ && view_ == traced_view_;

@@ -1,7 +1,8 @@
 #include "app/viewer/comparison.h"
 
-#include <cstdio>
 #include <utility>
+
+#include "app/viewer/panel/shown_error.h"
 
 namespace kappamu::app {
 
@@ -25,14 +26,13 @@ std::string Comparison::label() const {
   if (answer) text += ": " + answer->model;
   if (answer && !answer->refused.empty()) text += ", " + answer->refused;
   if (answer && !answer->shape_refused.empty()) text += ", " + answer->shape_refused;
-  char number[48] = "";
   if (const auto work = shown_.work_now()) {
-    std::snprintf(number, sizeof(number), ", %s %.0f %%", work->refining ? "sharpening" : "solving",
-                  100.0 * work->fraction);
+    text += formatted(", %s %.0f %%", work->refining ? "sharpening" : "solving",
+                      100.0 * work->fraction);
   } else if (answer && answer->error()) {
-    std::snprintf(number, sizeof(number), ", error up to %.2g %%", 100.0 * *answer->error());
+    text += ", error up to " + shown_error(*answer->error());
   }
-  return text + number;
+  return text;
 }
 
 void Beside::draw(const ViewState& state, const render::PictureView& view, Viewport at,

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "app/viewer/panel.h"
+#include "app/viewer/panel/shown_error.h"
 
 namespace kappamu::app {
 
@@ -12,7 +13,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr ImU32 pale = IM_COL32(230, 230, 230, 255), dim = IM_COL32(140, 140, 140, 255);
+constexpr ImU32 pale = IM_COL32(230, 230, 230, 255), dim = IM_COL32(160, 160, 160, 255),
+                black = IM_COL32(0, 0, 0, 255);
+
+/// Text that can be read on pale and on dark objects.
+void write(ImDrawList& list, const ViewState& state, ImVec2 at, ImU32 colour,
+           const std::string& words) {
+  list.AddText({at.x + state.scale, at.y + state.scale}, black, words.c_str());
+  list.AddText(at, colour, words.c_str());
+}
 
 /// Millimetres that a pixel stands for, at this distance along the line of sight.
 double mm_per_pixel(const ViewState& state, double distance_mm) {
@@ -39,13 +48,15 @@ void draw_lights(const ViewState& state, ImDrawList& list) {
     const ImVec2 inwards{centre->x - at->x, centre->y - at->y};
     const float length = std::max(1.0F, std::hypot(inwards.x, inwards.y));
     const float arrow = std::min(0.5F * length, 30.0F * state.scale) / length;
-    list.AddLine(*at, {at->x + arrow * inwards.x, at->y + arrow * inwards.y}, colour,
-                 1.5F * state.scale);
+    const ImVec2 tip{at->x + arrow * inwards.x, at->y + arrow * inwards.y};
+    list.AddLine(*at, tip, black, 3.5F * state.scale);
+    list.AddLine(*at, tip, colour, 1.5F * state.scale);
+    list.AddCircleFilled(*at, radius + 2.5F * state.scale, black);
     list.AddCircleFilled(*at, radius, colour);
     list.AddCircle(*at, radius + 1.5F * state.scale, in_hand ? pale : dim, 0, state.scale);
     const std::string name = std::to_string(i + 1) + " " + render::kind_of(state.lights[i]);
-    list.AddText({at->x + radius + 4.0F * state.scale, at->y - 7.0F * state.scale},
-                 in_hand ? pale : dim, name.c_str());
+    write(list, state, {at->x + radius + 4.0F * state.scale, at->y - 7.0F * state.scale},
+          in_hand ? pale : dim, name);
   }
 }
 
@@ -88,7 +99,7 @@ void draw_scale(const ViewState& state, ImDrawList& list) {
   }
   char text[32];
   std::snprintf(text, sizeof(text), "%g mm", length);
-  list.AddText({end.x - pixels, end.y - 20.0F * state.scale}, pale, text);
+  write(list, state, {end.x - pixels, end.y - 20.0F * state.scale}, pale, text);
 }
 
 }  // namespace
@@ -123,9 +134,9 @@ void draw_names(const ViewState& state, const std::string& left) {
   list.AddLine({area.x, area.y}, {area.x, area.y + area.height}, pale, state.scale);
   const float margin = 8.0F * state.scale;
   list.PushClipRect({area.x - area.width, area.y}, {area.x - margin, area.y + area.height});
-  list.AddText({area.x - area.width + margin, area.y + margin}, pale, left.c_str());
+  write(list, state, {area.x - area.width + margin, area.y + margin}, pale, left);
   list.PopClipRect();
-  list.AddText({area.x + margin, area.y + margin}, pale, "now");
+  write(list, state, {area.x + margin, area.y + margin}, pale, "now");
 }
 
 void draw_brush_ring(const ViewState& state, const render::World& world, double radius_mm,
@@ -145,12 +156,9 @@ void draw_brush_ring(const ViewState& state, const render::World& world, double 
   std::snprintf(length, sizeof(length), "%.3g mm", radius_mm);
   const std::string words = length + text;
   const ImVec2 beside{mouse.x + radius + 4.0F * state.scale, mouse.y - 7.0F * state.scale};
-  // On pale and on dark objects.
-  list.AddCircle(mouse, radius + state.scale, IM_COL32(0, 0, 0, 255), 0, state.scale);
+  list.AddCircle(mouse, radius + state.scale, black, 0, state.scale);
   list.AddCircle(mouse, radius, pale, 0, state.scale);
-  list.AddText({beside.x + state.scale, beside.y + state.scale}, IM_COL32(0, 0, 0, 255),
-               words.c_str());
-  list.AddText(beside, pale, words.c_str());
+  write(list, state, beside, pale, words);
 }
 
 void draw_status(const ViewState& state, const render::LiveAnswer* answer, double tolerance,
@@ -165,7 +173,8 @@ void draw_status(const ViewState& state, const render::LiveAnswer* answer, doubl
     ImGui::Text("%s, %zu elements", answer->model.c_str(), answer->elements);
     ImGui::SameLine();
     if (const auto error = answer->error()) {
-      ImGui::Text("| error up to %.2g %% (asked %.2g %%)", 100.0 * *error, 100.0 * tolerance);
+      ImGui::Text("| error up to %s (asked %.2g %%)", shown_error(*error).c_str(),
+                  100.0 * tolerance);
     } else {
       ImGui::TextUnformatted("| error not known yet");
     }

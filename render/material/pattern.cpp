@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/numbers/at.h"
 #include "core/random.h"
 
 namespace kappamu::render {
@@ -38,17 +39,24 @@ double octaves_of(const Pattern& pattern, const Vector3d& point) {
 double gradient_noise(const Vector3d& position, std::uint64_t seed) {
   const Vector3d cell = position.array().floor(), rest = position - cell;
   const auto ease = [](double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); };
+  const auto key_at = [&](std::uint64_t key, int axis, int step) {
+    return key_of({key, static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[axis] + step))});
+  };
+  std::array<std::array<double, 2>, 3> share{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double here = rest[static_cast<Eigen::Index>(axis)];
+    share[axis] = {ease(1.0 - here), ease(here)};
+  }
+  // Corners that share a coordinate share its part of the key.
+  std::array<std::uint64_t, 2> of_x{};
+  std::array<std::uint64_t, 4> of_xy{};
+  for (const int x : {0, 1}) of_x[at(x)] = key_at(seed, 0, x);
+  for (int xy = 0; xy < 4; ++xy) of_xy[at(xy)] = key_at(of_x[at(xy & 1)], 1, xy >> 1);
   double sum = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3d step(corner & 1, corner >> 1 & 1, corner >> 2);
-    const Vector3d lattice = cell + step;
-    std::uint64_t key = seed;
-    double weight = 1.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      key = key_of({key, static_cast<std::uint64_t>(static_cast<std::int64_t>(lattice[axis]))});
-      weight *= ease(step[axis] > 0.0 ? rest[axis] : 1.0 - rest[axis]);
-    }
-    sum += weight * slope(key, rest - step);
+    const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+    const double weight = share[0][at(x)] * share[1][at(y)] * share[2][at(z)];
+    sum += weight * slope(key_at(of_xy[at(corner & 3)], 2, z), rest - Vector3d(x, y, z));
   }
   return std::clamp(sum, -1.0, 1.0);
 }

@@ -1,6 +1,7 @@
 #include <imgui.h>
 
 #include "app/viewer/panel.h"
+#include "app/viewer/panel/shown_error.h"
 #include "core/process_memory.h"
 
 namespace kappamu::app {
@@ -29,7 +30,7 @@ class ModelGroup final : public PanelGroup {
  private:
   static void draw_error(const char* name, const std::optional<double>& error) {
     if (error) {
-      ImGui::Text("%-10s %.2g %%", name, 100.0 * *error);
+      ImGui::Text("%-10s %s", name, shown_error(*error).c_str());
     } else {
       ImGui::Text("%-10s not known yet", name);
     }

@@ -108,9 +108,10 @@ class Maker {
   std::optional<MadePolygrid> from(const Polycube& polycube, int refinement) {
     LayeredLattice lattice = layered_lattice(polycube, 0.5);
     const auto map = [&](const MapEffort& effort) {
-      progress_.update("polygrid", 0.9 * lattice.cells_across / refinement,
-                       std::to_string(lattice.grid.cell.size()) + " cells");
-      return map_cells(lattice, *target_, effort);
+      const std::string cells = std::to_string(lattice.grid.cell.size()) + " cells";
+      return map_cells(lattice, *target_, effort, [&] {
+        progress_.update("polygrid", 0.9 * lattice.cells_across / refinement, cells);
+      });
     };
     if (!map(of_polycube)) return std::nullopt;
     MadePolygrid made;
@@ -235,7 +236,9 @@ MadePolygrid make_polygrid(const TriangleMesh& mesh, const PolygridOptions& opti
   std::optional<MadePolygrid> best;
   bool mapped_none = true;
   for (const int refinement : refinements) {
-    const auto polycube = voxel_polycube(mesh, refinement * edge, handles);
+    const auto polycube = voxel_polycube(mesh, refinement * edge, handles, [&] {
+      progress.update("polygrid", 0.0, std::to_string(options.cells) + " cells");
+    });
     if (!polycube) continue;
     mapped_none = false;
     auto made = maker.from(*polycube, refinement);

@@ -48,10 +48,11 @@ struct Anchor {
 
 class CellMap {
  public:
-  CellMap(LayeredLattice& lattice, const MapTarget& target)
+  CellMap(LayeredLattice& lattice, const MapTarget& target, const std::function<void()>& report)
       : lattice_(lattice),
         grid_(lattice.grid),
         target_(target),
+        report_(report),
         first_(lattice.first_outer()),
         anchors_(grid_.corner.size() - first_) {
     const auto layer = static_cast<double>(grid_.boundary_cell.size());
@@ -173,6 +174,7 @@ class CellMap {
         Eigen::Map<const VectorXd>(corner[0].data(), 3 * static_cast<Index>(corner.size()));
     std::vector<Vector3d> slope(corner.size(), Vector3d::Zero());
     const auto function = [&](const VectorXd& at, VectorXd& gradient) {
+      report_();
       Eigen::Map<VectorXd>(corner[0].data(), at.size()) = at;
       double value = (*energies_)(energy, corner, slope);
       for (std::size_t k = 0; k < anchors_.size(); ++k) {
@@ -191,6 +193,7 @@ class CellMap {
   LayeredLattice& lattice_;
   Polygrid& grid_;
   const MapTarget& target_;
+  const std::function<void()>& report_;
   std::size_t first_;  ///< outer corner
   double edge_ = 1.0;  ///< of a target cell [mm]
   std::vector<TargetCell> cells_;
@@ -202,8 +205,9 @@ class CellMap {
 
 }  // namespace
 
-bool map_cells(LayeredLattice& lattice, const MapTarget& target, const MapEffort& effort) {
-  CellMap map(lattice, target);
+bool map_cells(LayeredLattice& lattice, const MapTarget& target, const MapEffort& effort,
+               const std::function<void()>& report) {
+  CellMap map(lattice, target, report);
   for (int round = 0; round < effort.rounds; ++round) {
     const double share = static_cast<double>(round) / std::max(1, effort.rounds - 1);
     map.round(effort.first_pull * std::pow(effort.last_pull / effort.first_pull, share),

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "forward/polygrid/closest_point.h"
@@ -33,7 +34,9 @@ struct MapTarget {
   double volume = 0.0;
 };
 
-/// Moves the corners of `lattice`. False: cells are still inverted.
-bool map_cells(LayeredLattice& lattice, const MapTarget& target, const MapEffort& effort);
+/// Moves the corners of `lattice`. False: cells are still inverted. `report` is called all along
+/// and may throw Cancelled.
+bool map_cells(LayeredLattice& lattice, const MapTarget& target, const MapEffort& effort,
+               const std::function<void()>& report);
 
 }  // namespace kappamu::forward

@@ -241,13 +241,18 @@ class Mending {
 
 }  // namespace
 
-std::optional<Polycube> voxel_polycube(const TriangleMesh& mesh, double spacing, int wanted) {
+std::optional<Polycube> voxel_polycube(const TriangleMesh& mesh, double spacing, int wanted,
+                                       const std::function<void()>& report) {
   const Vector3d centre = bounding_box(mesh).center();
   std::optional<Polycube> best;
   double best_difference = 0.0;
   for (int shift = 0; shift < 8; ++shift) {
     const Vector3d origin = centre + 0.5 * spacing * lattice_corner(shift).cast<double>();
-    const Mending mended(share_inside(mesh, origin, spacing));
+    report();
+    LatticeBox<float> share = share_inside(mesh, origin, spacing);
+    report();
+    const Mending mended(std::move(share));
+    report();
     std::vector<Vector3i> cells = mended.cells();
     if (best && mended.difference() >= best_difference) continue;
     if (cells.empty() || polycube_problem(cells) || genus(cells) != wanted) continue;

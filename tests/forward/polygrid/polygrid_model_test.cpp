@@ -13,6 +13,7 @@
 #include "forward/embedded/embedded_model.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/cell_geometry.h"
+#include "forward/polygrid/live_polygrid.h"
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "tests/cases/made_polygrid.h"
@@ -185,6 +186,31 @@ TEST(PolygridSplit, BringsNewCornersToTheSurface) {
   const double exact = enclosed_volume(sphere);
   // By half the edge a quarter of what is missing.
   EXPECT_NEAR((exact - volume(fine)) / (exact - volume(coarse)), 0.25, 0.06);
+}
+
+/// Beyond 200,000 cells the first grid is one with an eighth of them, split.
+TEST(LivePolygrid, BeginsWithManyCellsWhereTheyAreAskedFor) {
+  constexpr int asked = 240'000;
+  const Ball ball(random_medium());
+  MediaOfChannels media;
+  media.fill(std::make_shared<const ObjectMedium>(ball.medium));
+  const LiveBody body{ball.mesh, ball.surface, *ball.rays, media, ball.eta};
+  const ObjectOptions options;
+  Progress silent;
+  LivePolygrid live(body, asked, options, silent);
+  EXPECT_EQ(live.levels(), 1);  // the next would have more than 1.5 million
+  LightOfChannels light;
+  light.fill(ball.lights[1]);
+  const LiveModel::Answer answer = live.solve(light, 0, silent);
+  EXPECT_TRUE(answer.converged);
+  EXPECT_NEAR(static_cast<double>(answer.elements), asked, 0.15 * asked);
+  const ObjectProblem problem = ball.problem();
+  ObjectOptions fine;
+  fine.tolerance = 0.03;
+  const ObjectResult theirs = EmbeddedModel().solve(problem, fine, silent);
+  const std::span<const double> b = std::span(theirs.exitance).last(ball.surface.size());
+  EXPECT_LE(surface_difference(ball.surface, answer.exitance[0], b) / surface_norm(ball.surface, b),
+            LivePolygrid::accuracy.linear_tolerance + theirs.error_estimate[1]);
 }
 
 }  // namespace
