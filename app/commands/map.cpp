@@ -128,7 +128,8 @@ water, fat, melanin, or those of a table of your own.
 Deviations are standard deviations: of the pixels' noise, the errors that pictures share, the
 phantom's coefficients, the refractive index and g as stated, and the table. Where the sample
 changes within a few millimetres, light from neighbours matters and the maps are smoothed; a
-fit of a volume (kappamu fit) takes it into account.)");
+fit of a volume takes it into account, from the medians that a warning has:
+kappamu fit MEASUREMENTS --start-kappa KAPPA --start-mu MU.)");
   auto arguments = std::make_shared<MapArguments>();
   command
       ->add_option("pictures", arguments->pictures,

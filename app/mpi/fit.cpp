@@ -41,7 +41,10 @@ using inverse::distributed::PieceGrid;
 using Json = nlohmann::ordered_json;
 
 /// Of what `kappamu fit` can be asked for.
-constexpr std::array<std::string_view, 24> taken{"convention",
+constexpr std::array<std::string_view, 28> taken{"loss",
+                                                 "huber_threshold",
+                                                 "student_freedom",
+                                                 "convention",
                                                  "model_error_relative",
                                                  "model_error_of_maximum",
                                                  "coarse_model_error_relative",
@@ -61,6 +64,7 @@ constexpr std::array<std::string_view, 24> taken{"convention",
                                                  "stage_steps",
                                                  "max_levels",
                                                  "correct_grid",
+                                                 "loose_solves",
                                                  "metric_probes",
                                                  "seed",
                                                  "hold_out",

@@ -11,6 +11,7 @@
 #include "inverse/distributed/piece_function.h"
 #include "inverse/fit/conclusion.h"
 #include "inverse/fit/path_rules.h"
+#include "inverse/problem/grid_path.h"
 
 namespace kappamu::inverse::distributed {
 
@@ -101,10 +102,9 @@ void PiecePath::open(int level, bool closer) {
   }
   const Backend backend = as_loose_as_data(options_.solver.backend, grid);
   objective_ = std::make_unique<PieceObjective>(
-      grid, std::move(finer), backend, anchor,
+      grid, std::move(finer), backend, options_.data.term, anchor,
       Regulariser{options_.regulariser.kind, options_.regulariser.edge_slope});
-  objective_->set_derivative_tolerance(
-      std::max(backend.solve.tolerance, defaults::grid_path::of_gradients));
+  objective_->set_derivative_tolerance(derivative_tolerance(backend));
   objective_->count(before);
   waves_ = std::make_shared<PieceWaves>(*grid.pieces);
   stage_ = {};
@@ -369,9 +369,11 @@ PieceFit PiecePath::run() {
   report.chi2_per_value = state_.last_chi2;
   report.weight = state_.weight;
   report.end = state_.end;
-  conclude_path(options_.path, {state_.last_chi2, 0.0, state_.weight, state_.end, stage_.ran_out},
-                report);
   objective_->value(state_.own);
+  report.shared = objective_->shared_errors();
+  conclude_path(options_.path,
+                {state_.last_chi2, report.shared.excess, state_.weight, state_.end, stage_.ran_out},
+                report);
   report.backend = objective_->backend_name();
   report.data = static_cast<std::size_t>(objective_->used());
   report.solves = objective_->solves();
@@ -390,7 +392,7 @@ PieceFit fit_pieces(const PieceGrid& data, const FitOptions& options,
 PieceScore score_pieces(const PieceGrid& validation, const CoefficientPair& own,
                         const FitOptions& options) {
   PieceObjective objective(validation, piece_refinement(validation, nullptr),
-                           options.solver.backend, {}, {});
+                           options.solver.backend, options.data.term, {}, {});
   PieceScore score;
   score.chi2_per_value = objective.renew_correction(own);
   score.prediction = objective.prediction();

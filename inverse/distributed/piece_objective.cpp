@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "forward/distributed/distributed_solver.h"
-#include "inverse/defaults.h"
+#include "inverse/problem/grid_path.h"
 
 namespace kappamu::inverse::distributed {
 
@@ -30,28 +30,19 @@ Problem mean_held(Problem problem) {
 }  // namespace
 
 Backend as_loose_as_data(Backend backend, const PieceGrid& grid) {
-  using namespace defaults::grid_path;
-  const Problem& problem = grid.problem;
-  std::vector<double> deviations;
-  for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
-    deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
-  }
-  double& tolerance = backend.solve.tolerance;
-  tolerance = std::max(tolerance,
-                       std::min(loosest, of_deviation * quantile(*grid.pieces, deviations, 0.5)));
-  backend.refined_tolerance = std::max(
-      backend.refined_tolerance,
-      std::min(loosest_correction, of_least_deviation * quantile(*grid.pieces, deviations, 0.05)));
-  return backend;
+  const std::vector<double> deviations = relative_deviations(grid.problem);
+  const double usual = quantile(*grid.pieces, deviations, 0.5);
+  return as_loose_as_data(std::move(backend), usual, quantile(*grid.pieces, deviations, 0.05));
 }
 
 PieceObjective::PieceObjective(const PieceGrid& grid, PieceRefinement refinement, Backend backend,
-                               const Anchor& anchor, const Regulariser& regulariser)
+                               const DataTermOptions& data_term, const Anchor& anchor,
+                               const Regulariser& regulariser)
     : pieces_(grid.pieces),
       split_(std::move(refinement.pieces)),
       refinement_(std::move(refinement.refinement)),
-      objective_(mean_held(grid.problem), with_pieces(std::move(backend), grid, split_)),
+      objective_(mean_held(grid.problem), with_pieces(std::move(backend), grid, split_), data_term),
+      data_term_(data_term),
       anchor_(anchor),
       regulariser_(regulariser),
       used_(pieces_->sum(static_cast<double>(objective_.problem().used()))) {
@@ -98,11 +89,25 @@ double PieceObjective::value(const CoefficientPair& own) {
   // All ranks solve, or none.
   if (pieces_->sum(unlike) > 0.0) objective_.forget();
   fields_ = std::move(piece);
-  misfit_ = pieces_->sum(objective_.value(fields_));
+  set_misfit(objective_.value(fields_));
   solved_ = std::isfinite(misfit_);
   if (!solved_) return misfit_;
   set_roughness();
   return misfit_ + weight_ * roughness_;
+}
+
+void PieceObjective::set_misfit(double of_piece) {
+  misfit_ = pieces_->sum(of_piece);
+  chi2_ = 2.0 * misfit_ / used_;
+  if (data_term_.loss == Loss::gaussian || !std::isfinite(misfit_)) return;
+  const Problem& problem = objective_.problem();
+  const std::vector<double> predicted = objective_.prediction();
+  std::vector<double> magnitudes;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (problem.weight[i] == 0.0) continue;
+    magnitudes.push_back(std::sqrt(problem.weight[i]) * std::abs(predicted[i] - problem.data[i]));
+  }
+  chi2_ = robust_chi2(quantile(*pieces_, magnitudes, 0.5));
 }
 
 /// Of the piece's own voxels. A quadratic form about the anchor is half its argument times its
@@ -175,21 +180,22 @@ double PieceObjective::renew_correction(const CoefficientPair& own) {
   value(own);
   if (!split_) return chi2_per_value();
   // Solved at these very fields, so that no rank solves again.
-  misfit_ = pieces_->sum(objective_.refresh_correction(refinement_, fields_));
+  set_misfit(objective_.refresh_correction(refinement_, fields_));
   return chi2_per_value();
 }
 
 SharedErrors PieceObjective::shared_errors() const {
   const Problem& problem = objective_.problem();
   const std::vector<double> predicted = objective_.prediction();
-  SharedErrors found = inverse::shared_errors(problem, {}, predicted);
+  SharedErrors found = inverse::shared_errors(problem, data_term_, predicted);
   double light = 0.0, measured = 0.0;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     if (problem.weight[i] == 0.0) continue;
     light += predicted[i];
     measured += problem.data[i];
   }
-  if (shares_errors()) found.mean = pieces_->sum(light) / pieces_->sum(measured) - 1.0;
+  if (inverse::shares_errors(problem, data_term_))
+    found.mean = pieces_->sum(light) / pieces_->sum(measured) - 1.0;
   return found;
 }
 

@@ -21,7 +21,8 @@ class PieceObjective {
  public:
   /// Corrected by `refinement`, or not where that is empty.
   PieceObjective(const PieceGrid& grid, PieceRefinement refinement, Backend backend,
-                 const Anchor& anchor, const Regulariser& regulariser);
+                 const DataTermOptions& data_term, const Anchor& anchor,
+                 const Regulariser& regulariser);
 
   const BlockPieces& pieces() const { return *pieces_; }
   void set_derivative_tolerance(double tolerance) {
@@ -46,7 +47,8 @@ class PieceObjective {
   /// shared_errors() of all ranks, by the last prediction.
   SharedErrors shared_errors() const;
   bool shares_errors() const { return !objective_.problem().smooth_error.none(); }
-  double chi2_per_value() const { return 2.0 * misfit_ / used_; }
+  /// DataTerm::chi2_per_value of all ranks.
+  double chi2_per_value() const { return chi2_; }
   double roughness() const { return roughness_; }
   double used() const { return used_; }
   const SolveCount& solves() const { return objective_.solves(); }
@@ -59,19 +61,22 @@ class PieceObjective {
  private:
   CoefficientPair own_of(const CoefficientPair& piece) const;
   CoefficientPair piece_of(const CoefficientPair& own) const;
+  void set_misfit(double of_piece);
   void set_roughness();
 
   std::shared_ptr<const BlockPieces> pieces_;
   std::shared_ptr<const BlockPieces> split_;  ///< of the refinement; null: none
   Refinement refinement_;
   Objective objective_;
+  DataTermOptions data_term_;
   Anchor anchor_;
   Regulariser regulariser_;
   double weight_ = 0.0;
   double used_ = 0.0;       ///< data of all ranks
   CoefficientPair fields_;  ///< of the piece, at the last value()
   bool solved_ = false;     ///< there
-  double misfit_ = 0.0;     ///< ½ χ²
+  double misfit_ = 0.0;     ///< the data term; ½ χ² of the Gaussian loss
+  double chi2_ = 0.0;       ///< per value
   double roughness_ = 0.0;
   CoefficientPair roughness_gradient_;  ///< of the piece, right but in the halo
   std::vector<double> diffusivity_;     ///< of the piece

@@ -356,8 +356,7 @@ double quantile(const BlockPieces& pieces, const std::vector<double>& values, do
   MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_DOUBLE, MPI_MAX, pieces.comm());
   const double count = pieces.sum(static_cast<double>(values.size()));
   if (count == 0.0) return 0.0;
-  // Tolerances are made of it: three digits are plenty.
-  while (highest - lowest > 1e-3 * std::abs(highest)) {
+  while (highest - lowest > 1e-6 * std::abs(highest)) {
     const double middle = 0.5 * (lowest + highest);
     const auto below =
         std::count_if(values.begin(), values.end(), [&](double value) { return value <= middle; });

@@ -178,8 +178,8 @@ void solver(Solver& options, Visitor& visit) {
                "Adjoint solves per weight for the data's share of the metric"},
         metric_probes);
   visit(Option{"seed", group, "", "", bounds::any, "Of random probes (--seed)"}, seed);
-  auto& [device, precision, solve, batch, refined_tolerance, refined_memory_mb, operators] =
-      backend;
+  auto& [device, precision, solve, batch, refined_tolerance, refined_memory_mb, loose_solves,
+         operators] = backend;
   static_cast<void>(operators);  // given by a program, not by a user
   visit(Option{"device", group, "", "", bounds::any, "Part of an OpenCL device's name (--device)"},
         device);
@@ -201,6 +201,11 @@ void solver(Solver& options, Visitor& visit) {
   visit(Option{"refined_memory_mb", group, "", "MiB", bounds::positive,
                "Bound on the fields of such a solve"},
         refined_memory_mb);
+  visit(
+      Option{"loose_solves", group, "--no-loose-solves", "", bounds::any,
+             "Solves leave residuals of a share of the data's deviations. Without: those of "
+             "solver_tolerance and refined_tolerance, so that two programs end at the same volume"},
+      loose_solves);
 }
 
 template <class Uncertainty, class Visitor>

@@ -66,6 +66,10 @@ bool shares_errors(const Problem& problem, const DataTermOptions& options) {
   return problem.precision && options.loss == Loss::gaussian;
 }
 
+double robust_chi2(double median) {
+  return std::pow(median / normal_median, 2);
+}
+
 DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
                   const DataTermOptions& options) {
   check(prediction.size() == problem.data.size(), "the prediction does not fit the data");
@@ -114,7 +118,7 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
   if (!robust) {
     term.chi2_per_value = all.squares / static_cast<double>(all.used);
   } else {
-    term.chi2_per_value = std::pow(upper_median(std::move(all.magnitudes)) / normal_median, 2);
+    term.chi2_per_value = robust_chi2(upper_median(std::move(all.magnitudes)));
   }
   return term;
 }

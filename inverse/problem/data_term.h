@@ -39,6 +39,9 @@ struct DataTerm {
   std::vector<double> root_weight;
 };
 
+/// χ² per value under a robust loss, from the median of |e|.
+double robust_chi2(double median);
+
 /// Whether residuals have problem.precision.
 bool shares_errors(const Problem& problem, const DataTermOptions& options);
 

@@ -14,17 +14,7 @@ namespace {
 
 using namespace defaults::grid_path;
 
-/// The relative deviations of the data.
-std::vector<double> relative_deviations(const Problem& problem) {
-  std::vector<double> deviations;
-  for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
-    deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
-  }
-  return deviations;
-}
-
-/// Their quantile `share`; 0 if there are none.
+/// The quantile `share`; 0 if there are none.
 double at_most(std::vector<double>& deviations, double share) {
   if (deviations.empty()) return 0.0;
   const auto at = deviations.begin() +
@@ -34,6 +24,29 @@ double at_most(std::vector<double>& deviations, double share) {
 }
 
 }  // namespace
+
+Backend as_loose_as_data(Backend backend, double usual_deviation, double least_deviation) {
+  if (!backend.loose_solves) return backend;
+  double& tolerance = backend.solve.tolerance;
+  tolerance = std::max(tolerance, std::min(loosest, of_deviation * usual_deviation));
+  double& refined = backend.refined_tolerance;
+  refined = std::max(refined, std::min(loosest_correction, of_least_deviation * least_deviation));
+  return backend;
+}
+
+double derivative_tolerance(const Backend& backend) {
+  const double tolerance = backend.solve.tolerance;
+  return backend.loose_solves ? std::max(tolerance, of_gradients) : tolerance;
+}
+
+std::vector<double> relative_deviations(const Problem& problem) {
+  std::vector<double> deviations;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
+    deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
+  }
+  return deviations;
+}
 
 GridPath::GridPath(GridLevels levels, const Backend& backend, const DataTermOptions& data_term,
                    GridCorrection correction)
@@ -49,15 +62,11 @@ void GridPath::open(int level, bool closer) {
   closer_ = closer;
   Problem problem = closer ? *levels_.closer() : levels_[level];
   if (problem.precision) problem.precision->hold_mean(true);
-  Backend backend = backend_;
-  double& tolerance = backend.solve.tolerance;
   std::vector<double> deviations = relative_deviations(problem);
-  tolerance = std::max(tolerance, std::min(loosest, of_deviation * at_most(deviations, 0.5)));
-  backend.refined_tolerance =
-      std::max(backend.refined_tolerance,
-               std::min(loosest_correction, of_least_deviation * at_most(deviations, 0.05)));
+  const double usual = at_most(deviations, 0.5);
+  const Backend backend = as_loose_as_data(backend_, usual, at_most(deviations, 0.05));
   objective_ = std::make_unique<Objective>(std::move(problem), backend, data_term_);
-  objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
+  objective_->set_derivative_tolerance(derivative_tolerance(backend));
 }
 
 double GridPath::renew_correction(const CoefficientPair& fields, double photon_noise) {

@@ -10,6 +10,14 @@
 
 namespace kappamu::inverse {
 
+/// Solves as loose as data of these relative deviations allow, the usual one and that which one
+/// datum in twenty has at most; nothing changes without Backend::loose_solves.
+Backend as_loose_as_data(Backend backend, double usual_deviation, double least_deviation);
+/// Of the objective's derivatives.
+double derivative_tolerance(const Backend& backend);
+/// The relative deviations of a problem's data.
+std::vector<double> relative_deviations(const Problem& problem);
+
 enum class GridCorrection {
   none,
   next_finer  ///< r by the next finer grid, of the finest by its own with every voxel split

@@ -58,6 +58,8 @@ struct Backend {
   int batch = 16;                   ///< patterns solved at once
   double refined_tolerance = 1e-4;  ///< of a refined solve's residual
   double refined_memory_mb = 6144;  ///< bound on the fields of a refined solve [MiB]
+  /// A fit's solves may leave a share of the data's deviations (as_loose_as_data()).
+  bool loose_solves = true;
   /// Makes the operator of every grid; null: forward::block_operators().
   std::shared_ptr<const forward::OperatorFactory> operators{};
 

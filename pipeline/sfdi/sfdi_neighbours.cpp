@@ -67,9 +67,9 @@ std::optional<std::string> neighbours_warning(const WavelengthMap& map, double p
          shown_number(spread_mm, "%.2g") +
          " mm, as far as light spreads here, and a map takes each pixel for homogeneous. To take "
          "neighbours into account, fit a volume to bars or patches, from the map's medians: "
-         "`kappamu fit` with --start-kappa " +
-         shown_number(1.0 / (3.0 * (mua + musp)), "%.3g") + " --start-mu " +
-         shown_number(mua, "%.3g") + ".";
+         "start_kappa " +
+         shown_number(1.0 / (3.0 * (mua + musp)), "%.3g") + " mm, start_mu " +
+         shown_number(mua, "%.3g") + " /mm.";
 }
 
 }  // namespace kappamu::pipeline::sfdi

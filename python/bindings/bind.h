@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -50,10 +51,38 @@ inline std::string in_words(const py::array& array) {
   return text.empty() ? "one number" : text;
 }
 
+/// What an argument of type T is called in a sentence.
+template <class T>
+constexpr const char* kind_of() {
+  if constexpr (std::is_same_v<T, std::string>) return "a text";
+  if constexpr (std::is_same_v<T, bool>) return "True or False";
+  if constexpr (std::is_unsigned_v<T>) return "a whole number that is not negative";
+  if constexpr (std::is_integral_v<T>) return "a whole number";
+  if constexpr (std::is_floating_point_v<T>) return "a number";
+  return "three numbers";
+}
+
+/// `options[key]` as T. Throws KeyedError.
+template <class T>
+T value_of_key(const py::dict& options, const char* key) {
+  const py::object given = options[key];
+  try {
+    return given.cast<T>();
+  } catch (const py::cast_error&) {
+    throw KeyedError(key, std::string(key) + " is " + py::repr(given).cast<std::string>() +
+                              "; it must be " + kind_of<T>());
+  }
+}
+
 /// `given` as numbers of type T in C order: the same memory where it has them so.
 template <class T>
 py::array_t<T> numbers(const py::object& given, const std::string& key) {
   using Wanted = py::array_t<T, py::array::c_style | py::array::forcecast>;
+  if (py::isinstance<py::array>(given)) {
+    const char kind = py::reinterpret_borrow<py::array>(given).dtype().kind();
+    if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b' && kind != 'O')
+      throw KeyedError(key, key + " holds no real numbers; convert it to float64");
+  }
   const Wanted array = Wanted::ensure(given);
   if (!array) {
     PyErr_Clear();

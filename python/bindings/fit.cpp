@@ -49,9 +49,9 @@ std::string fit(const std::filesystem::path& input, const std::filesystem::path&
 SurfaceMeasurements measurements_from(const py::dict& fields) {
   SurfaceMeasurements m;
   const auto grid = fields["grid"].cast<std::array<int, 3>>();
-  m.grid = {grid[0], grid[1], grid[2], fields["voxel_mm"].cast<double>()};
-  m.eta = fields["eta"].cast<double>();
-  const auto text = [&fields](const char* key) { return fields[key].cast<std::string>(); };
+  m.grid = {grid[0], grid[1], grid[2], value_of_key<double>(fields, "voxel_mm")};
+  m.eta = value_of_key<double>(fields, "eta");
+  const auto text = [&fields](const char* key) { return value_of_key<std::string>(fields, key); };
   m.lit_face = named(face_names, text("lit_face"), "lit_face");
   m.seen_face = named(face_names, text("seen_face"), "seen_face");
   for (const auto& face : fields["seen_faces"].cast<std::vector<std::string>>())

@@ -17,13 +17,13 @@ namespace {
 using Options = py::dict;
 
 std::string text(const Options& options, const char* key) {
-  return options[key].cast<std::string>();
+  return value_of_key<std::string>(options, key);
 }
 
 forward::GridSetup setup_of(const Options& options, const GridShape& shape) {
   forward::GridSetup setup;
   setup.shape = shape;
-  setup.eta = options["eta"].cast<double>();
+  setup.eta = value_of_key<double>(options, "eta");
   setup.lit_face = named(face_names, text(options, "lit_face"), "lit_face");
   setup.sides = named(sides_names, text(options, "sides"), "sides");
   setup.convention = named(inverse::convention_names, text(options, "convention"), "convention");
@@ -35,13 +35,13 @@ forward::ForwardOptions options_of(const Options& options) {
   forward::ForwardOptions o;
   o.device = text(options, "device");
   o.precision = named(inverse::precision_names, text(options, "precision"), "precision");
-  o.solve.tolerance = options["tolerance"].cast<double>();
-  o.solve.max_iterations = options["max_iterations"].cast<int>();
-  o.seed = options["seed"].cast<std::uint64_t>();
-  o.photons = options["photons"].cast<std::uint64_t>();
-  o.anisotropy = options["anisotropy"].cast<double>();
-  o.model_tolerance = options["model_tolerance"].cast<double>();
-  o.fluence = options["fluence"].cast<bool>();
+  o.solve.tolerance = value_of_key<double>(options, "tolerance");
+  o.solve.max_iterations = value_of_key<int>(options, "max_iterations");
+  o.seed = value_of_key<std::uint64_t>(options, "seed");
+  o.photons = value_of_key<std::uint64_t>(options, "photons");
+  o.anisotropy = value_of_key<double>(options, "anisotropy");
+  o.model_tolerance = value_of_key<double>(options, "model_tolerance");
+  o.fluence = value_of_key<bool>(options, "fluence");
   return o;
 }
 
@@ -72,7 +72,7 @@ void read_light(const Options& options, forward::ForwardProblem& problem) {
   if (options["direction"].is_none()) return;
   if (options["irradiance"].is_none())
     throw KeyedError("direction", "direction is that of irradiance, which is missing");
-  const auto d = options["direction"].cast<std::array<double, 3>>();
+  const auto d = value_of_key<std::array<double, 3>>(options, "direction");
   problem.light.direction = Eigen::Vector3d(d.data());
 }
 
@@ -87,11 +87,11 @@ py::dict maps(std::array<std::vector<double>, 6>& faces, int patterns, const Gri
   return found;
 }
 
-py::dict forward(const py::object& kappa_given, const py::object& mu_given, double voxel_mm,
-                 const Options& options, const py::object& progress) {
+py::dict forward(const py::object& kappa_given, const py::object& mu_given, const Options& options,
+                 const py::object& progress) {
   const auto kappa = numbers<double>(kappa_given, "kappa");
   const auto mu = numbers<double>(mu_given, "mu");
-  const GridShape shape = grid_of(kappa, voxel_mm, "kappa");
+  const GridShape shape = grid_of(kappa, value_of_key<double>(options, "voxel_mm"), "kappa");
   require_shape(mu, extents(shape), "mu", "[z][y][x] of kappa");
   forward::ForwardProblem problem;
   problem.setup = setup_of(options, shape);

@@ -25,6 +25,11 @@ class KappamuWarning(UserWarning):
     """A sentence that the user should know and that does not stop the work."""
 
 
+def key_in(sentence, names):
+    """The first of `names` that stands in `sentence` as a word; "" where none does."""
+    return next((name for name in names if re.search(rf"(?<!\w){name}(?!\w)", sentence)), "")
+
+
 def warn(sentence):
     """Issues a KappamuWarning with Python's names in place of flags."""
     named = re.sub(r"(?<![\w-])--([a-z][a-z0-9-]*)", lambda flag: flag.group(1).replace("-", "_"), sentence)

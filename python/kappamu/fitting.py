@@ -5,12 +5,13 @@ import functools
 import json
 import os
 import pathlib
-import re
+import shutil
 import tempfile
+import weakref
 
 from . import _core, commands
 from .arrays import face_map, volume
-from .errors import InputError
+from .errors import InputError, key_in
 from .lazy import np
 from .measurements import Measurements, write_measurements
 from .progress import listener
@@ -43,14 +44,15 @@ class Fit:
         verdict: the sentence that says whether to trust the fit; grade: "green", "amber", "red" or "unknown".
     """
 
-    def __init__(self, folder, kept=None):
+    def __init__(self, folder, temporary=None):
         folder = pathlib.Path(folder)
         if not (folder / "fit.json").exists() and (folder / "fit" / "fit.json").exists():
             folder = folder / "fit"
         if not (folder / "fit.json").exists():
             raise InputError(f"{folder}: has no fit.json; give the folder of a fit or of a run")
         self.folder = folder
-        self._kept = kept  # a temporary folder, which lives as long as the fit
+        if temporary is not None:
+            weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
         self.report = json.loads((folder / "fit.json").read_text())
         self.channels = [channel["name"] for channel in self.report["channels"]]
         self.voxel_mm, self.eta = self.report["voxel_mm"], self.report["eta"]
@@ -154,36 +156,42 @@ def fit(measurements: str | os.PathLike | Measurements | None = None, out: str |
     for name in options:
         if name not in OPTIONS:
             raise InputError(f"a fit has no option {name}; kappamu.fit_options() lists them", name)
-    kept = tempfile.TemporaryDirectory(prefix="kappamu-fit-") if out is None else None
-    place = pathlib.Path(kept.name if kept else f"{os.fspath(out).rstrip('/')}_input")
-
-    def folder_of(given, name):
-        if not isinstance(given, Measurements):
-            return given
-        folder = place / name
-        write_measurements(folder, given)
-        return folder
-
-    measurements, validate = folder_of(measurements, "measurements"), folder_of(validate, "measurements_validate")
     if measurements is None and continue_from is None:
         raise InputError("measurements are missing; give a folder, Measurements, or continue_from", "measurements")
     words = {name: _plain_option(value) for name, value in options.items()}
+    if isinstance(words.get("channels"), str):
+        words["channels"] = [words["channels"]]
     if isinstance(words.get("hold_out"), (int, list, tuple)):
         held = words["hold_out"]
         words["hold_out"] = ",".join(map(str, held)) if isinstance(held, (list, tuple)) else str(held)
+    for name, value in words.items():
+        try:
+            json.dumps(value, allow_nan=False)
+        except (TypeError, ValueError):
+            raise InputError(f"{name} is {value!r}; options of a fit are finite numbers, texts and lists of them", name) from None
+    temporary = tempfile.mkdtemp(prefix="kappamu-fit-") if out is None else None
+    place = pathlib.Path(temporary or f"{os.fspath(out).rstrip('/')}_input")
+
+    def folder_of(given, name):
+        if isinstance(given, Measurements):
+            write_measurements(place / name, given)
+            return os.fspath(place / name)
+        if given is not None and not isinstance(given, (str, os.PathLike)):
+            raise InputError(f"{name} must be a folder or kappamu.Measurements, not {type(given).__name__}", name)
+        return None if given is None else os.fspath(given)
+
     try:
-        text = json.dumps(words)
-    except TypeError as error:
-        raise InputError(f"options of a fit are numbers, texts and lists of them: {error}", "") from None
-    try:
-        folder = _core.fit("" if measurements is None else os.fspath(measurements), os.fspath(out or place / "fit"),
-                           None if validate is None else os.fspath(validate),
-                           None if continue_from is None else os.fspath(continue_from), bool(restart), text, listener(progress))
-    except InputError as error:
+        folder = _core.fit(folder_of(measurements, "measurements") or "", os.fspath(out or place / "fit"),
+                           folder_of(validate, "validate"), None if continue_from is None else os.fspath(continue_from),
+                           bool(restart), json.dumps(words), listener(progress))
+        return Fit(folder, temporary)
+    except BaseException as error:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+        if not isinstance(error, InputError):
+            raise
         sentence, key = commands.ALL["fit"].reword(str(error))
-        named = [name for name in OPTIONS if re.search(rf"(?<!\w){name}(?!\w)", sentence)]
-        raise InputError(sentence, error.key or key or (named[0] if named else "")) from None
-    return Fit(folder, kept)
+        raise InputError(sentence, error.key or key or key_in(sentence, OPTIONS)) from None
 
 
 def fit_options() -> dict:

@@ -6,6 +6,7 @@ import os
 
 from . import _core
 from .arrays import plain
+from .errors import InputError, key_in
 from .lazy import np
 
 
@@ -49,18 +50,39 @@ class Measurements:
 
     def _fields(self):
         value = np.asarray(plain(self.value))
-        by_channel = (lambda a: None if a is None else np.asarray(plain(a)).reshape(value.shape if value.ndim == 4 else (1, *value.shape)))
+
+        def by_channel(key):
+            given = getattr(self, key)
+            if given is None:
+                return None
+            array = np.asarray(plain(given))
+            if array.shape != value.shape:
+                raise InputError(f"{key} has shape {list(array.shape)} where value has {list(value.shape)}", key)
+            return array if array.ndim == 4 else array[np.newaxis]
+
+        def three(key, given, kind):
+            try:
+                x, y, z = map(kind, given)
+            except (TypeError, ValueError):
+                raise InputError(f"{key} is {given!r}; it must be three numbers", key) from None
+            return x, y, z
+
         names = self.channels
         if names is None:
             count = len(value) if value.ndim == 4 else 1
             names = ["grey"] if count == 1 else ["R", "G", "B"] if count == 3 else [f"c{i}" for i in range(count)]
-        nz, ny, nx = self.shape
-        return {"grid": (int(nx), int(ny), int(nz)), "voxel_mm": float(self.voxel_mm), "eta": float(self.eta),
+        nz, ny, nx = three("shape", self.shape, int)
+        cameras = self.camera_mm or {}
+        if not hasattr(cameras, "items"):
+            raise InputError('camera_mm must be a dict of places by face, such as {"z+": (x, y, z)}', "camera_mm")
+        return {"grid": (nx, ny, nz), "voxel_mm": self.voxel_mm, "eta": self.eta,
                 "lit_face": self.lit_face, "seen_face": self.seen_face,
                 "seen_faces": list(self.seen_faces or []),
-                "camera_mm": {face: tuple(map(float, place)) for face, place in (self.camera_mm or {}).items()}, "quantity": self.quantity, "light": self.light,
-                "sides": self.sides, "channels": list(names), "irradiance": np.asarray(plain(self.irradiance)),
-                "value": by_channel(self.value), "variance": by_channel(self.variance), "mask": by_channel(self.mask)}
+                "camera_mm": {face: three("camera_mm", place, float) for face, place in cameras.items()},
+                "quantity": self.quantity, "light": self.light, "sides": self.sides,
+                "channels": [names] if isinstance(names, str) else list(names),
+                "irradiance": np.asarray(plain(self.irradiance)),
+                "value": by_channel("value"), "variance": by_channel("variance"), "mask": by_channel("mask")}
 
 
 def read_measurements(folder: str | os.PathLike) -> Measurements:
@@ -79,4 +101,8 @@ def read_measurements(folder: str | os.PathLike) -> Measurements:
 
 def write_measurements(folder: str | os.PathLike, measurements: Measurements) -> None:
     """Writes Measurements as a folder that `kappamu fit` reads. Raises InputError naming the field that is wrong."""
-    _core.write_measurements(os.fspath(folder), measurements._fields())
+    try:
+        _core.write_measurements(os.fspath(folder), measurements._fields())
+    except InputError as error:
+        fields = [field.name for field in dataclasses.fields(Measurements)]
+        raise InputError(str(error), error.key or key_in(str(error), fields)) from None

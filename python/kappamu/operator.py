@@ -9,6 +9,7 @@ import typing
 
 from . import _core
 from .arrays import plain
+from .errors import InputError
 from .lazy import np
 
 if typing.TYPE_CHECKING:
@@ -81,9 +82,14 @@ class DiffusionOperator:
                  convention: str = "physical", device: str = "auto", precision: str = "single", tolerance: float = 1e-6,
                  max_iterations: int = 200) -> None:
         self.shape, self.voxel_mm, self.lit_face = tuple(map(int, shape)), float(voxel_mm), lit_face
+        if len(self.shape) != 3:
+            raise InputError(f"shape is {shape}; it must be (nz, ny, nx)", "shape")
+        if (kappa is None) != (mu is None):
+            key = "kappa" if kappa is None else "mu"
+            raise InputError(f"{key} is missing; a medium has both kappa and mu", key)
         self._op = _core.Operator(self.shape, self.voxel_mm, eta, lit_face, sides, source, convention, device, precision,
                                   tolerance, max_iterations)
-        if kappa is not None or mu is not None:
+        if kappa is not None:
             self.set_medium(kappa, mu)
 
     @property

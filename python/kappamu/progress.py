@@ -1,4 +1,5 @@
 """Who hears of progress: a function, a bar of tqdm, or nobody."""
+from .errors import InputError
 
 
 class Bar:
@@ -27,6 +28,8 @@ def listener(progress):
     if progress is None or progress is False:
         return None
     if progress is not True:
+        if not callable(progress):
+            raise InputError("progress must be a function of (stage, fraction, detail), or True for a bar of tqdm", "progress")
         return progress
     try:
         return Bar()

@@ -6,7 +6,9 @@ import functools
 import json
 import os
 import pathlib
+import shutil
 import tempfile
+import weakref
 
 from . import _core, commands
 from .errors import InputError
@@ -113,7 +115,6 @@ class Picture:
     surface: np.ndarray
     report: dict
     folder: object
-    _kept: object = dataclasses.field(default=None, repr=False)
 
 
 def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None, *, device: str | None = None,
@@ -131,8 +132,8 @@ def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None
     Raises:
         InputError: naming what in the scene is wrong.
     """
-    kept = tempfile.TemporaryDirectory(prefix="kappamu-render-") if out is None else None
-    out = pathlib.Path(out or pathlib.Path(kept.name) / "picture")
+    temporary = tempfile.mkdtemp(prefix="kappamu-render-") if out is None else None
+    out = pathlib.Path(out or pathlib.Path(temporary) / "picture")
     own = None
     if isinstance(scene, dict):
         handle, own = tempfile.mkstemp(suffix=".json", prefix="kappamu-scene-", dir=".")
@@ -141,11 +142,18 @@ def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None
         scene = own
     try:
         report = commands.render(scene=scene, out=out, device=device, seed=seed, progress=progress)
+        picture = Picture(read_image(out / "picture.exr"), read_image(out / "picture.png"), np.load(out / "exitance.npy"),
+                          np.load(out / "surface.npy"), report, out)
+    except BaseException:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+        raise
     finally:
         if own is not None:
             os.unlink(own)
-    return Picture(read_image(out / "picture.exr"), read_image(out / "picture.png"), np.load(out / "exitance.npy"),
-                   np.load(out / "surface.npy"), report, out, kept)
+    if temporary is not None:
+        weakref.finalize(picture, shutil.rmtree, temporary, ignore_errors=True)
+    return picture
 
 
 def view(what, **options):

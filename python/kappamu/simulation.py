@@ -3,12 +3,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import numbers
 import os
 import typing
 
 from . import _core
 from .arrays import face_map, plain, volume
-from .errors import InputError
+from .errors import InputError, key_in, warn
 from .lazy import np
 from .progress import listener
 from .volumes import read_volume
@@ -45,7 +46,10 @@ def _coefficient(given, channel, key, max_voxels):
     """An array, or the coefficient `key` of a .vdb file or volume folder, or the array of a .npy file."""
     if isinstance(given, (str, os.PathLike)):
         if str(given).endswith(".npy"):
-            return np.load(given, allow_pickle=False), None
+            try:
+                return np.load(given, allow_pickle=False), None
+            except (OSError, ValueError) as error:
+                raise InputError(f"{given}: is not an array that can be read ({error})", key) from None
         found = read_volume(given, max_voxels)
         if channel is None and len(found.channels) > 1:
             raise InputError(f"{given}: has several channels; choose one with channel", "channel")
@@ -102,16 +106,30 @@ def forward(kappa: ArrayLike | str | os.PathLike, mu: ArrayLike | str | os.PathL
         voxel_mm = voxel_of_file
     if voxel_mm is None:
         raise InputError("voxel_mm is missing; arrays do not hold the edge of a voxel", "voxel_mm")
+    if not isinstance(voxel_mm, numbers.Real):
+        raise InputError(f"voxel_mm is {voxel_mm!r}; it must be one number, the edge of cubic voxels [mm]", "voxel_mm")
     if voxel_of_file is not None and abs(voxel_mm - voxel_of_file) > 1e-6 * voxel_of_file:
         raise InputError(f"voxel_mm is {voxel_mm} but the file's is {voxel_of_file}; leave it out", "voxel_mm")
     if source is None:
         source = "boundary" if convention == "wang2008" else "first-collision"
-    points = [tuple(map(float, point)) + (1.0,) * (4 - len(point)) for point in points]
-    options = {"irradiance": plain(irradiance), "direction": direction, "points": points, "lit_face": lit_face, "eta": eta,
-               "sides": sides, "source": source, "convention": convention, "method": method, "fluence": fluence,
+    try:
+        points = [tuple(map(float, point)) for point in points]
+    except TypeError:
+        raise InputError("points must be a list of (x, y, z) or (x, y, z, power) [mm]", "points") from None
+    if any(len(point) not in (3, 4) for point in points):
+        raise InputError("each of points must be (x, y, z) or (x, y, z, power) [mm]", "points")
+    points = [point + (1.0,) * (4 - len(point)) for point in points]
+    options = {"voxel_mm": float(voxel_mm), "irradiance": plain(irradiance), "direction": direction, "points": points,
+               "lit_face": lit_face, "eta": eta, "sides": sides, "source": source, "convention": convention, "method": method, "fluence": fluence,
                "tolerance": tolerance, "max_iterations": max_iterations, "precision": precision, "photons": photons,
                "anisotropy": anisotropy, "model_tolerance": model_tolerance, "device": device, "seed": seed}
-    found = _core.forward(kappa, mu, voxel_mm, options, listener(progress))
+    for name in ("tolerance", "max_iterations"):
+        if isinstance(options[name], numbers.Real) and not options[name] > 0:
+            raise InputError(f"{name} must be positive", name)
+    try:
+        found = _core.forward(kappa, mu, options, listener(progress))
+    except InputError as error:
+        raise InputError(str(error), error.key or key_in(str(error), ("kappa", "mu", *options))) from None
 
     def maps(by_face, name):
         return {face: face_map(values, face, voxel_mm, "unit of irradiance", name) for face, values in by_face.items()}
@@ -122,6 +140,8 @@ def forward(kappa: ArrayLike | str | os.PathLike, mu: ArrayLike | str | os.PathL
         return volume(values, voxel_mm, "unit of irradiance", name, leading=[("pattern", range(len(values)))])
 
     report = json.loads(found["summary"])
+    if not report["converged"]:
+        warn("the tolerance was not met: the maps are approximate; raise max_iterations or tolerance, or take precision double")
     return Exitance(maps(found["exitance"], "exitance"), maps(found["standard_error"], "standard error of the exitance"),
                     field(found["fluence"], "fluence rate"), field(found["fluence_error"], "standard error of the fluence"),
                     report, report["converged"])

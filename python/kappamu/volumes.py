@@ -99,6 +99,8 @@ def write_volume(path: str | os.PathLike, volumes: Volumes, format: str | None =
     Raises:
         InputError: for κ that is not positive, μ that is negative or NaN, or shapes that differ.
     """
+    if not all(hasattr(volumes, name) for name in ("kappa", "mu", "channels", "voxel_mm")):
+        raise InputError(f"volumes must be kappamu.Volumes or a Fit, not {type(volumes).__name__}", "volumes")
     ending = pathlib.PurePath(path).suffix.lstrip(".")
     fields = {"channels": list(volumes.channels), "voxel_mm": float(volumes.voxel_mm),
               "eta": volumes.eta, "metadata": dict(getattr(volumes, "metadata", {}))}

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Fits of pieces beside the single machine's, on measurements at hand and on blocks made here, as the rows of a table.
 
-    compare_fits.py build/app/kappamu build/app/mpi/kappamu-mpi --work FOLDER [--measurements FOLDER] [--before KAPPAMU_MPI]
+    compare_fits.py build/app/kappamu build/app/mpi/kappamu-mpi --work FOLDER [--exact] [--measurements FOLDER] [--before KAPPAMU_MPI]
 
 By case: steps over all grids, their cost in solves, the weight, chi2 per value, and how far log kappa and log mu are from the
 single machine's, root of the mean square over voxels. The yardstick is the single machine itself with other random probes (--seed 2):
-what its own tolerance leaves open."""
+what its own tolerance leaves open. --exact: all solves to 1e-4 (--no-loose-solves), so that the programs' volumes are equal."""
 import argparse
 import json
 import os
@@ -56,6 +56,7 @@ def main():
     options.add_argument("--work", type=pathlib.Path, required=True)
     options.add_argument("--measurements", type=pathlib.Path)
     options.add_argument("--channel", default="G")
+    options.add_argument("--exact", action="store_true")
     options.add_argument("--before", help="another kappamu-mpi, of one rank")
     options.add_argument("--ranks", type=int, nargs="+", default=[1, 2, 4])
     options.add_argument("--grid", type=int, nargs=3, default=[24, 24, 12], metavar=("X", "Y", "Z"))
@@ -79,7 +80,7 @@ def main():
         expected = None
         for k, (label, command) in enumerate(commands.items()):
             out = a.work / f"{folder.name}_{k}"
-            run(*command, "-o", out)
+            run(*command, *(["--no-loose-solves"] if a.exact else []), "-o", out)
             report, logs = read(out, channel)
             expected = expected or logs
             apart = [f"{np.sqrt(np.mean((x - y) ** 2)):.2g}" for x, y in zip(logs, expected)]

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "inverse/distributed/distributed_fit.h"
 #include "inverse/distributed/piece_waves.h"
@@ -138,7 +140,8 @@ TEST_F(PieceFits, ObjectiveAndGradientAreThoseOfTheWholeBlock) {
   for (const RegulariserKind kind : {RegulariserKind::h1, RegulariserKind::huber_tv}) {
     for (const bool corrected : {false, true}) {
       const Regulariser regulariser{kind, 1.0};
-      Objective objective(make_problem(whole, 0, {}, options.data.model_error), exact);
+      const DataTermOptions term{kind == RegulariserKind::h1 ? Loss::gaussian : Loss::student};
+      Objective objective(make_problem(whole, 0, {}, options.data.model_error), exact, term);
       objective.set_derivative_tolerance(1e-9);
       if (corrected) objective.refresh_correction(refine(objective.problem()), fields);
       const Roughness rough = roughness(objective.space(), fields, anchor, regulariser);
@@ -147,14 +150,14 @@ TEST_F(PieceFits, ObjectiveAndGradientAreThoseOfTheWholeBlock) {
 
       PieceObjective by_pieces(data,
                                corrected ? piece_refinement(data, nullptr) : PieceRefinement{},
-                               exact, anchor, regulariser);
+                               exact, term, anchor, regulariser);
       by_pieces.set_derivative_tolerance(1e-9);
       by_pieces.set_weight(weight);
       const CoefficientPair own = own_of(fields);
       if (corrected) by_pieces.renew_correction(own);
       EXPECT_NEAR(by_pieces.value(own), expected, 1e-6 * expected);
       EXPECT_NEAR(by_pieces.chi2_per_value(), objective.chi2_per_value(),
-                  1e-6 * objective.chi2_per_value());
+                  4e-6 * objective.chi2_per_value());
       const CoefficientPair gradient = by_pieces.gradient();
       double error = 0.0, norm = 0.0;
       for_own([&](std::size_t, std::size_t k, std::size_t i) {
@@ -255,46 +258,60 @@ int steps_of(const FitReport& report) {
   return steps;
 }
 
-/// The path, the weight it ends at and the volume, in about as many steps. How far two volumes may
-/// be apart is told by the whole block's own fit with other random probes.
+/// With solves to 1e-6 the fit of pieces is the whole block's. Loose solves, as usual, lead either
+/// as far from there as the other one.
 TEST(PathsOfPieces, EndWhereTheWholeBlocksDo) {
   Progress quiet;
-  const std::vector<PieceCase> cases{PieceCase(2.5, Face::z_plus), PieceCase(1e4, Face::z_plus),
-                                     PieceCase(5.0, Face::z_minus, {1e-3, 1e-3})};
-  for (const PieceCase& one : cases) {
-    FitOptions how = one.options;
-    how.path.weight.reset();
-    how.path.stage_tolerance = 1e-3;
-    how.path.final_tolerance = 3e-4;
-    how.solver.backend.solve.tolerance = 1e-6;
-    const ChannelFit expected = fit_channel(one.whole, 0, how, {}, quiet, {}, {});
-    FitOptions other_probes = how;
+  const std::vector<std::pair<PieceCase, Loss>> cases{
+      {PieceCase(2.5, Face::z_plus), Loss::gaussian},
+      {PieceCase(1e4, Face::z_plus), Loss::gaussian},
+      {PieceCase(2.5, Face::z_minus), Loss::gaussian},
+      {PieceCase(2.5, Face::z_plus, {1e-3, 1e-3}), Loss::gaussian},
+      {PieceCase(2.5, Face::z_plus), Loss::student}};
+  for (const auto& [one, loss] : cases) {
+    FitOptions exact = one.options;
+    exact.data.term.loss = loss;
+    exact.path.weight.reset();
+    exact.path.stage_tolerance = 1e-3;
+    exact.path.final_tolerance = 3e-4;
+    exact.solver.backend.solve.tolerance = exact.solver.backend.refined_tolerance = 1e-6;
+    exact.solver.backend.loose_solves = false;
+    FitOptions loose = exact, other_probes = exact;
+    loose.solver.backend.loose_solves = true;
     other_probes.solver.seed = 2;
-    const ChannelFit other = fit_channel(one.whole, 0, other_probes, {}, quiet, {}, {});
-    const PieceFit found =
-        fit_pieces(one.data, how, {[](const PathState&) {}, [] { return std::nullopt; }}, quiet);
-    // Where pixels share errors, some numbers of ranks end the path above the noise
-    // (docs/distributed.md).
-    if (found.report.status == FitStatus::above_noise && &one == &cases.back()) continue;
+    const auto whole = [&](const FitOptions& how) {
+      return fit_channel(one.whole, 0, how, {}, quiet, {}, {});
+    };
+    const auto by_pieces = [&](const FitOptions& how) {
+      return fit_pieces(one.data, how, {[](const PathState&) {}, [] { return std::nullopt; }},
+                        quiet);
+    };
+    const ChannelFit expected = whole(exact), loose_whole = whole(loose);
+    const PieceFit found = by_pieces(exact), loose_found = by_pieces(loose);
     EXPECT_EQ(found.report.status, expected.report.status);
     EXPECT_EQ(found.report.end, expected.report.end);
     EXPECT_NEAR(found.report.weight, expected.report.weight, 1e-9 * expected.report.weight);
-    EXPECT_NEAR(found.report.chi2_per_value, expected.report.chi2_per_value, 0.02);
+    EXPECT_NEAR(found.report.chi2_per_value, expected.report.chi2_per_value, 1e-3);
     const CoefficientPair of_whole = one.own_of(to_fields(expected.medium));
-    const auto count = static_cast<double>(of_whole.log_mu.size());
-    const double distance =
-        std::sqrt(one.pieces->sum(count * std::pow(apart(found.own, of_whole), 2)) /
-                  static_cast<double>(one.whole.grid.cells()));
-    const double own_distance = apart(to_fields(expected.medium), to_fields(other.medium));
-    // Farther than other probes lead, up to 3.3 times as measured; why is not known.
-    EXPECT_LT(distance, std::max(0.01, 4.0 * own_distance));
-    EXPECT_LE(steps_of(found.report), 1.6 * steps_of(expected.report) + 5);
+    const auto distance = [&](const CoefficientPair& own) {
+      const auto count = static_cast<double>(of_whole.log_mu.size());
+      return std::sqrt(one.pieces->sum(count * std::pow(apart(own, of_whole), 2)) /
+                       static_cast<double>(one.whole.grid.cells()));
+    };
+    const auto from_whole = [&](const ChannelFit& fit) {
+      return apart(to_fields(fit.medium), to_fields(expected.medium));
+    };
+    const double by_probes = from_whole(whole(other_probes));
+    EXPECT_LT(distance(found.own), 0.1 * by_probes);
+    EXPECT_LT(distance(loose_found.own), 2.5 * std::max(from_whole(loose_whole), by_probes));
+    EXPECT_NEAR(steps_of(found.report), steps_of(expected.report), 2);
     if (one.pieces->rank() == 0) {
       std::printf(
-          "%d ranks: %d steps, %d solves; whole: %d steps, %d solves; apart %.2g, by other "
-          "probes %.2g; chi2 %.4g and %.4g\n",
+          "%d ranks: %d steps, %d solves; whole: %d steps, %d solves; apart %.2g; from there by "
+          "loose solves: pieces %.2g, whole %.2g; by other probes %.2g; chi2 %.4g and %.4g\n",
           one.pieces->ranks(), steps_of(found.report), found.report.solves.total(),
-          steps_of(expected.report), expected.report.solves.total(), distance, own_distance,
+          steps_of(expected.report), expected.report.solves.total(), distance(found.own),
+          distance(loose_found.own), from_whole(loose_whole), by_probes,
           found.report.chi2_per_value, expected.report.chi2_per_value);
     }
   }
