@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/error.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "core/numbers/at.h"
@@ -93,6 +94,23 @@ TEST(MakePolygrid, IsTheSameForEqualInputAndForAnotherUnit) {
     off = std::max(off, (1024.0 * one.corner[c] - other.corner[c]).norm());
   }
   EXPECT_LT(off, 1e-6 * 10240.0);
+}
+
+/// The window interrupts it by the next input: steps between reports are short.
+TEST(MakePolygrid, CanBeInterruptedAllAlong) {
+  struct Until : Progress {
+    int left = 0, met = 0;
+    void update(const std::string&, double, const std::string&) override {
+      if (++met == left) throw Cancelled();
+    }
+  };
+  const TriangleMesh mesh = sphere_mesh(10.0, 20);
+  Until never;
+  make_polygrid(mesh, {1000, 0.1}, never);
+  EXPECT_GT(never.met, 200);  // places of the lattice, and steps of the map
+  Until half;
+  half.left = never.met / 2;
+  EXPECT_THROW(make_polygrid(mesh, {1000, 0.1}, half), Cancelled);
 }
 
 TEST(MakePolygrid, KeepsFourHandles) {
