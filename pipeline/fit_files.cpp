@@ -86,7 +86,7 @@ std::vector<int> channels_of(const SurfaceMeasurements& measurements,
       sentence.append(name).append("' is not among those measured (");
       for (const std::string& k : known)
         sentence.append(&k == &known.front() ? "" : ", ").append(k);
-      throw InputError(sentence.append(")"), {{"channels"}});
+      throw InputError(sentence.append(")"));
     }
     indices.push_back(static_cast<int>(at - known.begin()));
   }

@@ -5,7 +5,7 @@
 
 By case: steps over all grids, their cost in solves, the weight, chi2 per value, and how far log kappa and log mu are from the
 single machine's, root of the mean square over voxels. The yardstick is the single machine itself with other random probes (--seed 2):
-what its own tolerance leaves open. --exact: all solves to 1e-4 (--no-loose-solves), so that the programs' volumes are equal."""
+what its own tolerance leaves open. --exact: all solves to 1e-4 (--no-loose-solves)."""
 import argparse
 import json
 import os

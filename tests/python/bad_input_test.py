@@ -59,7 +59,7 @@ class BadInput(unittest.TestCase):
 
     def test_of_options_of_a_fit(self):
         _, _, good = block.measurements()
-        for key, value in (("target_chi2", float("nan")), ("target_chi2", float("inf")), ("weight", {}), ("channels", "no_such"),
+        for key, value in (("target_chi2", float("nan")), ("target_chi2", float("inf")), ("weight", {}),
                            ("validate", 3), ("progress", "yes")):
             self.refused(key, lambda **case: km.fit(good, **case), **{key: value})
         self.refused("measurements", lambda: km.fit(good.value))
