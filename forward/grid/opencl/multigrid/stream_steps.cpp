@@ -1,5 +1,3 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 
@@ -11,15 +9,10 @@ namespace kappamu::forward {
 namespace {
 
 /// Bytes of cache that a tile's ring of planes should fill: what a core has to itself, and no less,
-/// since short rows cost loops and cells computed twice. With 2 MiB of such cache the three sweeps
-/// of an iteration take 76 ms at 4 MiB, 64 at 2 MiB, 74 at 1.5 MiB (256x256x20, 16 patterns). With
-/// less a ring of either size lies in the shared cache, and wide tiles are better: with 512 KiB a
-/// solve takes 0.75 s at 512 KiB, 0.64 at 1 MiB, 0.59 at 4 MiB; with 1 MiB, docs/engine.md.
-std::size_t ring_bytes() {
-  constexpr std::size_t own_cache = std::size_t{2} << 20;
-  const long stated = ::sysconf(_SC_LEVEL2_CACHE_SIZE);  // 0 where it is not known
-  return stated > 0 && static_cast<std::size_t>(stated) < own_cache ? 2 * own_cache : own_cache;
-}
+/// since short rows cost loops and cells computed twice. (256x256x20, 16 patterns, to 1e-6: with
+/// 512 KiB of such cache 0.75 s at 512 KiB, 0.64 at 1 MiB, 0.59 at 4 MiB; with 2 MiB of it the
+/// three sweeps of an iteration take 76 ms at 4 MiB, 64 at 2 MiB, 74 at 1.5 MiB.)
+constexpr std::size_t ring_bytes = std::size_t{2} << 20;
 
 class StreamSteps final : public CgSteps {
  public:
@@ -78,7 +71,7 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
   const std::size_t vector = static_cast<std::size_t>(lanes) * format.real_bytes();
   const auto& levels = hierarchy.levels();
   const StreamMachine machine{static_cast<int>(std::max(1U, context.info().compute_units)),
-                              static_cast<int>(ring_bytes() / vector)};
+                              static_cast<int>(ring_bytes / vector)};
   std::size_t scratch = 1;
   const auto need = [&](const StreamTiles& tiles) {
     scratch = std::max(scratch, static_cast<std::size_t>(tiles.count) *
