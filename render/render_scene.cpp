@@ -187,7 +187,8 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
   expect_wrap_memory(scene, progress);
   const World world(scene, result.warnings);
   const LightSources sources = make_light_sources(world.outer_lights());
-  const std::optional<Environment> environment = make_environment(scene.lights);
+  const std::optional<Environment> environment =
+      make_environment(scene.lights, LampsEnter::as_beams);
   progress.update("scene", 1.0, "");
   result.scene_seconds = watch.lap();
 

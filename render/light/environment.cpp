@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "core/error.h"
@@ -33,8 +34,11 @@ Image<float> image_of(const EnvironmentLight& light) {
 
 }  // namespace
 
-Environment::Environment(const EnvironmentLight& light)
-    : image_(image_of(light)), turn_(light.turn_deg * pi / 180.0), visible_(light.visible) {
+Environment::Environment(const EnvironmentLight& light, LampsEnter lamps)
+    : image_(image_of(light)),
+      turn_(light.turn_deg * pi / 180.0),
+      lamps_(lamps),
+      visible_(light.visible) {
   std::vector<double> bright;
   double mean = 0.0;
   for (int y = 0; y < image_.height(); ++y) {
@@ -44,13 +48,26 @@ Environment::Environment(const EnvironmentLight& light)
     }
   }
   dark_ = mean <= 0.0;
-  // Rounding of the mean is not brightness.
-  const double floor = (1.0 + 1e-9) * mean;
+  even_ = (1.0 + 1e-9) * std::min(mean, median_of(bright));
   double sum = 0.0;
   for (std::size_t i = 0; i < bright.size(); ++i) {
-    sum += std::max(0.0, bright[i] - floor) * solid_angle(i);
+    sum += std::max(0.0, bright[i] - even_) * solid_angle(i);
     cumulative_.push_back(sum);
   }
+}
+
+/// Over solid angle.
+double Environment::median_of(const std::vector<double>& bright) const {
+  std::vector<std::size_t> order(bright.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return bright[a] < bright[b]; });
+  double below = 0.0;
+  for (const std::size_t i : order) {
+    below += solid_angle(i);
+    if (below >= 2.0 * pi) return bright[i];
+  }
+  return bright[order.back()];
 }
 
 double Environment::solid_angle(std::size_t pixel) const {
@@ -75,6 +92,12 @@ std::size_t Environment::pixel_of(const Vector3d& direction) const {
 Colour Environment::radiance(const Vector3d& direction) const {
   const float* rgb = &image_.values()[3 * pixel_of(direction)];
   return {rgb[0], rgb[1], rgb[2]};
+}
+
+Colour Environment::of_lamps(const Vector3d& direction) const {
+  const Colour here = radiance(direction);
+  const double bright = luminance(here);
+  return bright > even_ ? Colour((1.0 - even_ / bright) * here) : Colour::Zero();
 }
 
 double Environment::density(const Vector3d& direction) const {
@@ -107,10 +130,10 @@ Environment::Sample Environment::sample(double u, double v) const {
   return sample;
 }
 
-std::optional<Environment> make_environment(const std::vector<Light>& lights) {
+std::optional<Environment> make_environment(const std::vector<Light>& lights, LampsEnter lamps) {
   for (const Light& light : lights) {
     if (const auto* found = std::get_if<EnvironmentLight>(&light)) {
-      Environment environment(*found);
+      Environment environment(*found, lamps);
       if (!environment.dark()) return environment;
     }
   }

@@ -10,6 +10,7 @@
 #include "render/light/beam_places.h"
 #include "render/light/inner_light.h"
 #include "render/light/sampling.h"
+#include "render/light/sky_beams.h"
 
 namespace kappamu::render {
 
@@ -91,7 +92,8 @@ class Surroundings {
     if (cosine <= 0.0) return;
     const double weight = cosine / (density + cosine / std::numbers::pi) / pairs_;
     const auto hit = world_.first_hit(point, direction, world_.skin());
-    const Colour seen = hit ? mirrored(*hit, direction) : radiance;
+    Colour seen = hit ? mirrored(*hit, direction) : radiance;
+    if (!hit && environment_.has_beams()) seen -= environment_.of_lamps(direction);
     if (!hit) sum.arriving += weight * seen;
     sum.as_even += weight * transmitted(normal, direction) * seen;
   }
@@ -164,15 +166,20 @@ IncidentLight incident_light(const World& world, std::size_t object, const Light
     });
     for (std::size_t t = 0; t < triangles; ++t) light.power += arriving[t] * lit.surface.area[t];
   }
-  if (!sources.empty()) {
+  const bool sky = environment != nullptr && environment->has_beams();
+  if (!sources.empty() || sky) {
     const std::vector<BeamPlace> places = beam_places(lit, spacing_on(lit));
-    in_steps(places.size(), places_per_update, progress, [&](std::size_t begin, std::size_t end) {
-      const auto some =
-          beams_at(world, object, sources, std::span(places).subspan(begin, end - begin));
+    const double draws = rays / static_cast<double>(std::max<std::size_t>(1, places.size()));
+    const auto add = [&](const std::array<forward::ObjectLight, 3>& some) {
       for (std::size_t c = 0; c < 3; ++c) {
         std::vector<forward::Beam>& beams = light.channels[c].beams;
         beams.insert(beams.end(), some[c].beams.begin(), some[c].beams.end());
       }
+    };
+    in_steps(places.size(), places_per_update, progress, [&](std::size_t begin, std::size_t end) {
+      const auto here = std::span(places).subspan(begin, end - begin);
+      if (!sources.empty()) add(beams_at(world, object, sources, here));
+      if (sky) add(sky_beams_at(world, object, *environment, here, draws, key_of({seed, begin})));
     });
   }
   const auto inner = inner_beams(world, object, seed);

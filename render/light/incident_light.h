@@ -28,7 +28,8 @@ constexpr double environment_rays = 4e6;
 /// mean over points on it and directions, half of them drawn by the environment's brightness, half
 /// by the cosine (balance heuristic: Veach 1997, 9.2), of low discrepancy and unbiased over `seed`.
 /// It is stated as the even light of which as much enters: directions count by what Fresnel lets
-/// in, and what surfaces mirror of the environment towards others counts with it.
+/// in, and what surfaces mirror of the environment towards others counts with it. Where the
+/// environment's lamps enter as beams (sky_beams.h), it is of the rest.
 IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
                              const Environment* environment, std::uint64_t seed, Progress& progress,
                              double rays = environment_rays);

@@ -74,7 +74,7 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
       return diffuse ? Colour(all - entering(t)) : all;
     });
     if (diffuse) corners.entering = average.of<Colour>(Colour::Zero(), entering);
-    if (!sources_.empty()) {
+    if (directed()) {
       const std::vector<Colour> once = exitance_once(i, eye, progress);
       corners.once = average.of<Colour>(Colour::Zero(), [&](std::size_t t) { return once[t]; });
     }
@@ -155,12 +155,15 @@ Shading::Seen Shading::seen(const Vector3d& origin, const Vector3d& direction, s
   if (hit->normal.dot(direction) >= 0.0) return seen;  // a surface's edge, met from behind
   const Point point = point_at(*hit, direction);
   Colour once = Colour::Zero();  // M₁
-  if (!sources_.empty()) {
+  if (directed()) {
     once = interpolated(corners_[hit->object].once[hit->triangle], hit->u, hit->v);
     seen.radiance = scattered_once(point.hit, point.view, sample, key_of({key, 3}));
+    if (environment_ && environment_->has_beams()) seen.radiance += through(point.hit, point.view);
   }
   seen.radiance += scattered(point, once) + reflected(point, sample, key_of({key, 4}));
-  if (point.reflectance.maxCoeff() > 0.0) seen.radiance += reflected_diffusely(point);
+  if (point.reflectance.maxCoeff() > 0.0) {
+    seen.radiance += reflected_diffusely(point, sample, key_of({key, 6}));
+  }
   if (world_.objects()[hit->object].emission.maxCoeff() > 0.0) {
     seen.radiance += emitted(point.hit, point.view, sample, key_of({key, 5}));
   }
@@ -189,7 +192,23 @@ Colour Shading::scattered_once(const WorldHit& hit, const Vector3d& view, std::u
   const double eta = world_.objects()[hit.object].boundary.eta;
   const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
   const auto [u, v] = sobol_point(sample, key);
-  return leaves(eta, hit.normal.dot(view)) * single_.radiance_inside(hit, inward, u, v);
+  return leaves(eta, hit.normal.dot(view)) *
+         single_.radiance_inside(hit, inward, u, v, lamp(sample, mix(key)));
+}
+
+/// The same of lamps that are seen through the object.
+Colour Shading::through(const WorldHit& hit, const Vector3d& view) const {
+  const double eta = world_.objects()[hit.object].boundary.eta;
+  const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
+  return leaves(eta, hit.normal.dot(view)) * single_.sky_through(hit, inward, *environment_);
+}
+
+std::optional<Arrival> Shading::lamp(std::uint32_t sample, std::uint64_t key) const {
+  if (environment_ == nullptr || !environment_->has_beams()) return std::nullopt;
+  const auto [u, v] = sobol_point(sample, key);
+  const Environment::Sample drawn = environment_->sample(u, v);
+  return Arrival{-drawn.direction, infinity,
+                 environment_->of_lamps(drawn.direction) / drawn.density};
 }
 
 /// The same of light that the object emits.
@@ -202,7 +221,8 @@ Colour Shading::emitted(const WorldHit& hit, const Vector3d& view, std::uint32_t
 }
 
 /// By the surface's own diffuse reflectance, on top of what it lets in and out.
-Colour Shading::reflected_diffusely(const Point& point) const {
+Colour Shading::reflected_diffusely(const Point& point, std::uint32_t sample,
+                                    std::uint64_t key) const {
   Colour irradiance = Colour::Zero();
   const Corners& corners = corners_[point.hit.object];
   if (!corners.entering.empty()) {
@@ -211,14 +231,15 @@ Colour Shading::reflected_diffusely(const Point& point) const {
     irradiance =
         interpolated(corners.entering[point.hit.triangle], point.hit.u, point.hit.v) / transmitted;
   }
-  for (const auto& source : sources_) {
-    const Arrival arrival = source->at(point.hit.position);
+  const auto add = [&](const Arrival& arrival) {
     const double cosine = -arrival.direction.dot(point.normal);
-    if (cosine <= 0.0 || arrival.direction.dot(point.hit.normal) >= 0.0) continue;
-    if (arrival.irradiance.maxCoeff() <= 0.0) continue;
-    if (world_.blocked(point.hit.position, -arrival.direction, arrival.distance)) continue;
+    if (cosine <= 0.0 || arrival.direction.dot(point.hit.normal) >= 0.0) return;
+    if (arrival.irradiance.maxCoeff() <= 0.0) return;
+    if (world_.blocked(point.hit.position, -arrival.direction, arrival.distance)) return;
     irradiance += cosine * arrival.irradiance;
-  }
+  };
+  for (const auto& source : sources_) add(source->at(point.hit.position));
+  if (const auto sky = lamp(sample, key)) add(*sky);
   return point.reflectance * irradiance / pi;
 }
 

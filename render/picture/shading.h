@@ -5,7 +5,8 @@
 // single scattering gives it, the rest as P1 light does:
 //   L(θ) = ℓ(θ)·(M − E_t − M₁) + (1−R(θ))/η²·(E_t/(π(1−R_φ)) + L₁),   ℓ: radiance_per_exitance,
 // E_t being the diffuse irradiance transmitted inwards there (docs/theory.md) and L₁ the inside
-// radiance scattered once. L₁ and M₁ are of the lights with a direction; M₁ = ∫ (1−R)/η² L₁ cosθ
+// radiance scattered once. L₁ and M₁ are of the lights with a direction, an environment's lamps
+// among them where they enter as beams; M₁ = ∫ (1−R)/η² L₁ cosθ
 // dω is estimated per triangle, as M is, so that exitance is conserved.
 #pragma once
 
@@ -66,12 +67,19 @@ class Shading {
                                     Progress* progress) const;
   Colour scattered_once(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                         std::uint64_t key) const;
+  Colour through(const WorldHit& hit, const Eigen::Vector3d& view) const;
   Colour emitted(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                  std::uint64_t key) const;
   Colour reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const;
   Colour reflected_lights(const Point& point, const Ggx& surface,
                           const Eigen::Matrix3d& frame) const;
-  Colour reflected_diffusely(const Point& point) const;
+  Colour reflected_diffusely(const Point& point, std::uint32_t sample, std::uint64_t key) const;
+  /// Whether lights have a direction.
+  bool directed() const {
+    return !sources_.empty() || (environment_ != nullptr && environment_->has_beams());
+  }
+  /// A direction of the environment's lamps as a light of this sample; none: it has no lamps.
+  std::optional<Arrival> lamp(std::uint32_t sample, std::uint64_t key) const;
   Colour reflected_surroundings(const Point& point, const Ggx& surface,
                                 const Eigen::Matrix3d& frame, double u, double v) const;
 

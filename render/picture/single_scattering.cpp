@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <vector>
+
+#include "core/optics.h"
+#include "forward/light/walls.h"
 
 namespace kappamu::render {
 
@@ -29,6 +33,15 @@ Scattering scattering_at(const WorldObject& object, const Vector3d& point) {
     s.scattering[c] = std::max(0.0, s.extinction[c] - here.mu);
   }
   return s;
+}
+
+/// Of all channels [mm].
+double longest_free_path(const WorldObject& object) {
+  double longest = 0.0;
+  for (const auto& medium : object.media.channels) {
+    longest = std::max(longest, 3.0 * medium->largest().kappa);
+  }
+  return longest;
 }
 
 /// Parts of this length have one value each: half a voxel. None: as long as all of it.
@@ -135,14 +148,10 @@ Colour SingleScattering::optical_depth(const WorldObject& object, const Vector3d
 }
 
 Colour SingleScattering::arriving(std::size_t object_index, const Vector3d& point,
-                                  const LightSource& source) const {
-  const Arrival arrival = source.at(point);
+                                  const Arrival& arrival) const {
   if (arrival.irradiance.maxCoeff() <= 0.0) return Colour::Zero();
   const WorldObject& object = world_.objects()[object_index];
-  double free_path = 0.0;  // the longest of all channels [mm]
-  for (const auto& medium : object.media.channels) {
-    free_path = std::max(free_path, 3.0 * medium->largest().kappa);
-  }
+  const double free_path = longest_free_path(object);
   const Vector3d towards = -arrival.direction;
   const auto exit =
       world_.first_hit(point, towards, 0.0, std::min(arrival.distance, dark * free_path));
@@ -164,24 +173,24 @@ Colour SingleScattering::arriving(std::size_t object_index, const Vector3d& poin
 }
 
 Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& inward, double u,
-                                         double v) const {
+                                         double v, const std::optional<Arrival>& sky) const {
   const WorldObject& object = world_.objects()[hit.object];
   const Rigid object_from_world = object.world_from_object.inverse();
-  double free_path = 0.0;
-  bool even = true;
-  for (const auto& medium : object.media.channels) {
-    free_path = std::max(free_path, 3.0 * medium->largest().kappa);
-    even = even && medium->homogeneous();
-  }
+  const double free_path = longest_free_path(object);
+  const bool even = std::all_of(object.media.channels.begin(), object.media.channels.end(),
+                                [](const auto& medium) { return medium->homogeneous(); });
   const double farthest = std::min(world_.diameter(), dark * free_path);
   // In an even medium no draw weighs more than the first: what lies behind is not asked for.
   std::optional<WorldHit> end;
   if (!even) end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
+  const auto from_behind = [&](const Arrival& arrival) {
+    return arrival.direction.dot(end->normal) < 0.0 && arrival.irradiance.maxCoeff() > 0.0;
+  };
   const bool lit_from_behind =
-      end && std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
-        const Arrival arrival = source->at(end->position);
-        return arrival.direction.dot(end->normal) < 0.0 && arrival.irradiance.maxCoeff() > 0.0;
-      });
+      end && ((sky && from_behind(*sky)) ||
+              std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
+                return from_behind(source->at(end->position));
+              }));
   EyePath path(object, object_from_world * hit.position, object_from_world.rotation * inward,
                end ? end->distance : farthest, lit_from_behind);
   const std::optional<double> distance = path.drawn(u, v);
@@ -190,19 +199,40 @@ Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& in
     return Colour::Zero();
   }
   Colour arriving_here = Colour::Zero();
+  const Vector3d place = hit.position + *distance * inward;
   for (const auto& source : sources_) {
-    arriving_here += arriving(hit.object, hit.position + *distance * inward, *source);
+    arriving_here += arriving(hit.object, place, source->at(place));
   }
+  if (sky) arriving_here += arriving(hit.object, place, *sky);
   return path.scattered_to_eye(*distance) / path.density(*distance) * arriving_here;
+}
+
+Colour SingleScattering::sky_through(const WorldHit& hit, const Vector3d& inward,
+                                     const Environment& environment) const {
+  const WorldObject& object = world_.objects()[hit.object];
+  const double farthest = std::min(world_.diameter(), dark * longest_free_path(object));
+  const auto end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
+  if (!end || end->object != hit.object) return Colour::Zero();
+  const double eta = object.boundary.eta, cosine = std::min(1.0, end->normal.dot(inward));
+  if (cosine <= 0.0) return Colour::Zero();  // rounding at an edge
+  const double transmitted = 1.0 - fresnel_internal(eta, cosine);
+  if (transmitted <= 0.0) return Colour::Zero();
+  const Vector3d outward = forward::refracted(inward, -end->normal, eta);
+  const Colour lamps = environment.of_lamps(outward);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if (lamps.maxCoeff() <= 0.0 || world_.blocked(end->position, outward, infinity)) {
+    return Colour::Zero();
+  }
+  const Rigid object_from_world = object.world_from_object.inverse();
+  const Colour depth =
+      optical_depth(object, object_from_world * hit.position, object_from_world * end->position);
+  return eta * eta * transmitted * lamps * (-depth).exp();
 }
 
 Colour SingleScattering::emitted(const WorldHit& hit, const Vector3d& inward, double u,
                                  double v) const {
   const WorldObject& object = world_.objects()[hit.object];
-  double free_path = 0.0;
-  for (const auto& medium : object.media.channels) {
-    free_path = std::max(free_path, 3.0 * medium->largest().kappa);
-  }
+  const double free_path = longest_free_path(object);
   const double farthest = std::min(world_.diameter(), dark * free_path);
   const auto end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
   const Rigid object_from_world = object.world_from_object.inverse();

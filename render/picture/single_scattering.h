@@ -7,7 +7,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "render/light/environment.h"
 #include "render/light/light_source.h"
 #include "render/scene/world.h"
 
@@ -20,9 +22,15 @@ class SingleScattering {
       : world_(world), sources_(sources) {}
 
   /// Radiance inside, at a point on the surface, that travels against `inward` (unit length,
-  /// world's frame), per unit solid angle inside. Unbiased over uniform (u, v) in [0, 1)².
-  Colour radiance_inside(const WorldHit& hit, const Eigen::Vector3d& inward, double u,
-                         double v) const;
+  /// world's frame), per unit solid angle inside. Unbiased over uniform (u, v) in [0, 1)². `sky`: a
+  /// further light, of this sample alone.
+  Colour radiance_inside(const WorldHit& hit, const Eigen::Vector3d& inward, double u, double v,
+                         const std::optional<Arrival>& sky = std::nullopt) const;
+
+  /// The same of an environment's lamps behind the object, whose light crosses it without a
+  /// collision and, on its way out, one smooth surface.
+  Colour sky_through(const WorldHit& hit, const Eigen::Vector3d& inward,
+                     const Environment& environment) const;
 
   /// The same of light that the object emits itself and that does not scatter.
   Colour emitted(const WorldHit& hit, const Eigen::Vector3d& inward, double u, double v) const;
@@ -31,8 +39,7 @@ class SingleScattering {
   /// ∫ σt' ds of each channel along a path in the object.
   Colour optical_depth(const WorldObject& object, const Eigen::Vector3d& from,
                        const Eigen::Vector3d& to) const;
-  Colour arriving(std::size_t object, const Eigen::Vector3d& point,
-                  const LightSource& source) const;
+  Colour arriving(std::size_t object, const Eigen::Vector3d& point, const Arrival& arrival) const;
 
   const World& world_;
   const LightSources& sources_;
