@@ -47,7 +47,7 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
     if (row.contains("refused")) continue;
     tried.push_back({candidate.model, row.at("error"), row.at("cpu_seconds")});
     if (!random) continue;
-    tried.back().error = measurement.noise_of_triangles(photons);
+    tried.back().error = measurement.noise_of_patches(photons);
     tried.back().seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);
   }
   return tried;

@@ -111,13 +111,10 @@ Json ObjectMeasurement::row(const std::string& model, const forward::ObjectOptio
   return row;
 }
 
-double ObjectMeasurement::noise_of_triangles(std::uint64_t photons) const {
+double ObjectMeasurement::noise_of_patches(std::uint64_t photons) const {
   const double noise =
       error_against(reference_, patches_, reference_.exitance, 0.0).reference_error;
-  const double finer =
-      static_cast<double>(bench_.object().surface.size()) / static_cast<double>(patches_.size());
-  return noise *
-         std::sqrt(finer * static_cast<double>(reference_.photons) / static_cast<double>(photons));
+  return noise * std::sqrt(static_cast<double>(reference_.photons) / static_cast<double>(photons));
 }
 
 double ObjectMeasurement::error_of(const forward::ObjectResult& result) const {

@@ -48,9 +48,9 @@ class ObjectMeasurement {
   const forward::ObjectFeatures& features() const { return features_; }
   /// Tolerance of the settings, device and seed of the request.
   forward::ObjectOptions options() const;
-  /// Noise of the exitance of triangles after so many photons, relative 2-norm, by the reference's
-  /// standard errors: a mean's variance falls with its area.
-  double noise_of_triangles(std::uint64_t photons) const;
+  /// Noise of the exitance of patches after so many photons, relative 2-norm, by the reference's
+  /// standard errors.
+  double noise_of_patches(std::uint64_t photons) const;
   forward::ObjectProblem problem() const { return bench_.problem(); }
   /// Relative 2-norm of an answer's difference from the reference, over the patches.
   double error_of(const forward::ObjectResult& result) const;
