@@ -1,28 +1,45 @@
 #!/usr/bin/env bash
-# README's lines that install the Python package and use it work as they stand: on a fresh copy of the tree, with an empty home
-# and a plain environment, by the build tools that pip fetches. Needs PyPI and compiles everything, a quarter of an hour: CTest
-# tests the same lines by the wheel of what is built (wheel_test.sh).
-#   install_test.sh SOURCE
+# README's lines that install the Python package and use it work as they stand: with an empty home and a plain environment, by the
+# build tools that pip fetches from PyPI.
+#   install_test.sh SOURCE         on a fresh copy of the tree; compiles everything, a quarter of an hour
+#   install_test.sh SOURCE BUILD   in the tree itself, by what BUILD has compiled; SOURCE/venv and BUILD's set-up are lost
+# The second is the last step of continuous integration; where PyPI cannot be reached it says so and ends well. CTest tests README's
+# Python by the wheel of what is built (wheel_test.sh).
 set -euo pipefail
 source=$(cd "$1" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-mkdir "$work/tree" "$work/home" "$work/elsewhere"
-git -C "$source" ls-files -z --cached --others --exclude-standard | tar -C "$source" --null -T - -c | tar -C "$work/tree" -x
+mkdir "$work/home" "$work/elsewhere"
 
-# Of the caller's environment only what names its network and its compiler cache. The cache answers where paths and flags are
-# those of scripts/build.sh.
+# Of the caller's environment only what names its network and its compiler cache.
 clean=("HOME=$work/home" "PATH=/usr/sbin:/usr/bin:/sbin:/bin" LANG=C.UTF-8 "CCACHE_DIR=${CCACHE_DIR:-$HOME/.cache/ccache}"
-  "CCACHE_BASEDIR=$work/tree" CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+  CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
   SKBUILD_CMAKE_DEFINE=KAPPAMU_WERROR=ON)
 for name in PIP_CERT PIP_INDEX_URL PIP_FIND_LINKS SSL_CERT_FILE http_proxy https_proxy no_proxy; do
   [[ -z ${!name:-} ]] || clean+=("$name=${!name}")
 done
+if [[ $# -gt 1 ]]; then
+  python3 -m venv "$work/probe"
+  if ! "$work/probe/bin/pip" download --quiet --no-deps --dest "$work" scikit-build-core; then
+    echo "install_test: PyPI cannot be reached; README's pip lines were not tried"
+    exit 0
+  fi
+  tree=$source
+  clean+=("SKBUILD_BUILD_DIR=$(cd "$2" && pwd)" "CXX=$(sed -n 's/^CMAKE_CXX_COMPILER:[A-Z]*=//p' "$2/CMakeCache.txt")")
+  # pip's pybind11 in place of Debian's; without CXX pip's CMake takes Python's compiler and compiles everything anew.
+  sed -i 's|^pybind11_DIR:PATH=.*|pybind11_DIR:PATH=pybind11_DIR-NOTFOUND|' "$2/CMakeCache.txt"
+  rm -rf "$tree/venv"
+else
+  tree=$work/tree
+  mkdir "$tree"
+  git -C "$source" ls-files -z --cached --others --exclude-standard | tar -C "$source" --null -T - -c | tar -C "$tree" -x
+fi
+clean+=("CCACHE_BASEDIR=$tree")
 plain() { env -i "${clean[@]}" "$@"; }
 
 # block LANGUAGE WORD: README's block of code in that language that has the word.
 block() {
-  python3 - "$work/tree/README.md" "$1" "$2" <<'PYTHON'
+  python3 - "$tree/README.md" "$1" "$2" <<'PYTHON'
 import pathlib
 import re
 import sys
@@ -44,7 +61,7 @@ use() {
 }
 
 start=$SECONDS
-(cd "$work/tree" && block sh "pip install ." | plain bash -euo pipefail)
-use "$work/tree/venv/bin/python"
-plain "$work/tree/venv/bin/pip" check
+(cd "$tree" && block sh "pip install ." | plain bash -euo pipefail)
+use "$tree/venv/bin/python"
+plain "$tree/venv/bin/pip" check
 echo "install_test: README's lines work; $((SECONDS - start)) s"
