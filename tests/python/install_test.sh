@@ -15,12 +15,13 @@ mkdir "$work/home" "$work/elsewhere"
 clean=("HOME=$work/home" "PATH=/usr/sbin:/usr/bin:/sbin:/bin" LANG=C.UTF-8 "CCACHE_DIR=${CCACHE_DIR:-$HOME/.cache/ccache}"
   CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
   SKBUILD_CMAKE_DEFINE=KAPPAMU_WERROR=ON)
-for name in PIP_CERT PIP_INDEX_URL PIP_FIND_LINKS SSL_CERT_FILE http_proxy https_proxy no_proxy; do
-  [[ -z ${!name:-} ]] || clean+=("$name=${!name}")
-done
+while IFS= read -r setting; do
+  clean+=("$setting")
+done < <(env | grep -iE '^(PIP_|SSL_CERT|REQUESTS_CA|CURL_CA|[a-z]+_proxy=)' || true)
+plain() { env -i "${clean[@]}" "$@"; }
 if [[ $# -gt 1 ]]; then
-  python3 -m venv "$work/probe"
-  if ! "$work/probe/bin/pip" download --quiet --no-deps --dest "$work" scikit-build-core; then
+  plain python3 -m venv "$work/probe"
+  if ! plain "$work/probe/bin/pip" download --quiet --no-deps --dest "$work" scikit-build-core; then
     echo "install_test: PyPI cannot be reached; README's pip lines were not tried"
     exit 0
   fi
@@ -35,7 +36,6 @@ else
   git -C "$source" ls-files -z --cached --others --exclude-standard | tar -C "$source" --null -T - -c | tar -C "$tree" -x
 fi
 clean+=("CCACHE_BASEDIR=$tree")
-plain() { env -i "${clean[@]}" "$@"; }
 
 # block LANGUAGE WORD: README's block of code in that language that has the word.
 block() {
