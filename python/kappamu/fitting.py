@@ -5,9 +5,6 @@ import functools
 import json
 import os
 import pathlib
-import shutil
-import tempfile
-import weakref
 
 from . import _core, commands
 from .arrays import face_map, volume
@@ -15,6 +12,7 @@ from .errors import InputError, key_in
 from .lazy import np
 from .measurements import Measurements, write_measurements
 from .progress import listener
+from .temporary import temporary_folder
 from .volumes import QUANTITIES
 
 
@@ -44,15 +42,13 @@ class Fit:
         verdict: the sentence that says whether to trust the fit; grade: "green", "amber", "red" or "unknown".
     """
 
-    def __init__(self, folder, temporary=None):
+    def __init__(self, folder):
         folder = pathlib.Path(folder)
         if not (folder / "fit.json").exists() and (folder / "fit" / "fit.json").exists():
             folder = folder / "fit"
         if not (folder / "fit.json").exists():
             raise InputError(f"{folder}: has no fit.json; give the folder of a fit or of a run")
         self.folder = folder
-        if temporary is not None:
-            weakref.finalize(self, shutil.rmtree, temporary, ignore_errors=True)
         self.report = json.loads((folder / "fit.json").read_text())
         self.channels = [channel["name"] for channel in self.report["channels"]]
         self.voxel_mm, self.eta = self.report["voxel_mm"], self.report["eta"]
@@ -169,10 +165,8 @@ def fit(measurements: str | os.PathLike | Measurements | None = None, out: str |
             json.dumps(value, allow_nan=False)
         except (TypeError, ValueError):
             raise InputError(f"{name} is {value!r}; options of a fit are finite numbers, texts and lists of them", name) from None
-    temporary = tempfile.mkdtemp(prefix="kappamu-fit-") if out is None else None
-    place = pathlib.Path(temporary or f"{os.fspath(out).rstrip('/')}_input")
 
-    def folder_of(given, name):
+    def folder_of(given, name, place):
         if isinstance(given, Measurements):
             write_measurements(place / name, given)
             return os.fspath(place / name)
@@ -181,15 +175,15 @@ def fit(measurements: str | os.PathLike | Measurements | None = None, out: str |
         return None if given is None else os.fspath(given)
 
     try:
-        folder = _core.fit(folder_of(measurements, "measurements") or "", os.fspath(out or place / "fit"),
-                           folder_of(validate, "validate"), None if continue_from is None else os.fspath(continue_from),
-                           bool(restart), json.dumps(words), listener(progress))
-        return Fit(folder, temporary)
-    except BaseException as error:
-        if temporary is not None:
-            shutil.rmtree(temporary, ignore_errors=True)
-        if not isinstance(error, InputError):
-            raise
+        with temporary_folder("kappamu-fit-", wanted=out is None) as (temporary, keep_with):
+            place = pathlib.Path(temporary or f"{os.fspath(out).rstrip('/')}_input")
+            found = Fit(_core.fit(folder_of(measurements, "measurements", place) or "", os.fspath(out or place / "fit"),
+                                  folder_of(validate, "validate", place),
+                                  None if continue_from is None else os.fspath(continue_from),
+                                  bool(restart), json.dumps(words), listener(progress)))
+            keep_with(found)
+            return found
+    except InputError as error:
         sentence, key = commands.ALL["fit"].reword(str(error))
         raise InputError(sentence, error.key or key or key_in(sentence, OPTIONS)) from None
 

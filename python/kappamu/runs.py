@@ -6,15 +6,14 @@ import functools
 import json
 import os
 import pathlib
-import shutil
 import tempfile
-import weakref
 
 from . import _core, commands
 from .errors import InputError
 from .fitting import Fit
 from .lazy import np
 from .measurements import read_measurements
+from .temporary import temporary_folder
 from .volumes import read_image
 
 
@@ -132,8 +131,6 @@ def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None
     Raises:
         InputError: naming what in the scene is wrong.
     """
-    temporary = tempfile.mkdtemp(prefix="kappamu-render-") if out is None else None
-    out = pathlib.Path(out or pathlib.Path(temporary) / "picture")
     own = None
     if isinstance(scene, dict):
         handle, own = tempfile.mkstemp(suffix=".json", prefix="kappamu-scene-", dir=".")
@@ -141,19 +138,16 @@ def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None
             json.dump(scene, file)
         scene = own
     try:
-        report = commands.render(scene=scene, out=out, device=device, seed=seed, progress=progress)
-        picture = Picture(read_image(out / "picture.exr"), read_image(out / "picture.png"), np.load(out / "exitance.npy"),
-                          np.load(out / "surface.npy"), report, out)
-    except BaseException:
-        if temporary is not None:
-            shutil.rmtree(temporary, ignore_errors=True)
-        raise
+        with temporary_folder("kappamu-render-", wanted=out is None) as (temporary, keep_with):
+            out = pathlib.Path(out or pathlib.Path(temporary) / "picture")
+            report = commands.render(scene=scene, out=out, device=device, seed=seed, progress=progress)
+            picture = Picture(read_image(out / "picture.exr"), read_image(out / "picture.png"), np.load(out / "exitance.npy"),
+                              np.load(out / "surface.npy"), report, out)
+            keep_with(picture)
+            return picture
     finally:
         if own is not None:
             os.unlink(own)
-    if temporary is not None:
-        weakref.finalize(picture, shutil.rmtree, temporary, ignore_errors=True)
-    return picture
 
 
 def view(what, **options):
