@@ -1,6 +1,5 @@
 #include "calib/light/radiometry.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include "calib/light/shared_error.h"
 #include "calib/sample/face.h"
 #include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::calib {
 namespace {
@@ -164,7 +164,7 @@ WhiteReference measure_white(const capture::HdrImage& white,
                        ": the white target is saturated or out of the picture over most of "
                        "the lit face; add shorter exposures, or move camera or target");
     }
-    const Terms fit = normal.ldlt().solve(right);
+    const Terms fit = solve_symmetric(normal, right);
     double squares = 0.0;
     FaceMeans means(face_shape(grid, lit_face));
     for (const FacePixel& p : pixels) {

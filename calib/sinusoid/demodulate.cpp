@@ -1,6 +1,6 @@
 #include "calib/sinusoid/demodulate.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "calib/sinusoid/local_noise.h"
 #include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/parallel.h"
 
 namespace kappamu::calib {
@@ -96,8 +97,8 @@ Eigen::MatrixXd waves_at(std::span<const double> phases, Eigen::Index harmonics)
 
 bool determines_all(const Eigen::MatrixXd& basis) {
   if (basis.rows() < basis.cols()) return false;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() * basis);
-  return eigen.eigenvalues()[0] >= 1e-3 * eigen.eigenvalues()[basis.cols() - 1];
+  const Eigen::VectorXd values = symmetric_eigen(gram(basis)).values;
+  return values[0] >= 1e-3 * values[basis.cols() - 1];
 }
 
 }  // namespace
@@ -119,7 +120,7 @@ Demodulated demodulate_phases(std::span<const Image<float>> pictures,
         "the phases do not determine mean and amplitude; take three or more spread evenly over "
         "360 degrees, or one");
   }
-  const Eigen::MatrixXd solve = (basis.transpose() * basis).ldlt().solve(basis.transpose());
+  const Eigen::MatrixXd solve = solve_symmetric(gram(basis), basis.transpose());
   Demodulated result = empty_result(mask.width(), mask.height());
   result.mask = mask;
   double second = 0.0, first = 0.0;

@@ -1,6 +1,5 @@
 #include "capture/radiance/frame_pair.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -125,8 +124,9 @@ Fit fit(const std::vector<Equation>& all) {
     const double prior = 1.0 / (shift_prior_px * shift_prior_px);
     normal(1, 1) += prior;
     normal(2, 2) += prior;
-    fit.found = normal.ldlt().solve(right);
-    fit.covariance = fit.spread * fit.spread * normal.inverse();
+    const Eigen::Matrix3d inverse = normal.inverse();
+    fit.found = inverse * right;
+    fit.covariance = fit.spread * fit.spread * inverse;
   }
   widen_by_parts(all, fit);
   return fit;

@@ -15,32 +15,32 @@
 namespace kappamu::capture {
 namespace {
 
-// Homography that maps the unit square's corners (0,0), (1,0), (1,1), (0,1) to the quad's.
+// Homography that maps the unit square's corners (0,0), (1,0), (1,1), (0,1) to the quad's (Heckbert
+// 1989, section 2.2.3).
 Eigen::Matrix3d quad_from_square(const ProjectorQuad& quad) {
-  constexpr double square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  Eigen::Matrix<double, 8, 8> equations = Eigen::Matrix<double, 8, 8>::Zero();
-  Eigen::Matrix<double, 8, 1> right;
-  for (Eigen::Index i = 0; i < 4; ++i) {
-    const double u = square[i][0];
-    const double v = square[i][1];
-    for (Eigen::Index axis = 0; axis < 2; ++axis) {
-      const Eigen::Index row = 2 * i + axis;
-      const double target = quad[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)];
-      equations.block<1, 3>(row, 3 * axis) << u, v, 1.0;
-      equations(row, 6) = -u * target;
-      equations(row, 7) = -v * target;
-      right[row] = target;
+  std::array<Eigen::Vector2d, 4> corner;
+  for (std::size_t i = 0; i < 4; ++i) corner[i] = {quad[i][0], quad[i][1]};
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d to_next = corner[(i + 1) % 4] - corner[i];
+    const Eigen::Vector2d to_last = corner[(i + 3) % 4] - corner[i];
+    constexpr double straight = 1e-12;
+    if (!(std::abs(cross(to_next, to_last)) > straight * to_next.norm() * to_last.norm())) {
+      throw InputError(
+          "the quad of the light patterns has corners in one line or coinciding; give the four "
+          "corners of the lit face in projector pixels.");
     }
   }
-  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> solver(equations);
-  if (!solver.isInvertible()) {
-    throw InputError(
-        "the quad of the light patterns has corners in one line or coinciding; give the four "
-        "corners of the lit face in projector pixels.");
-  }
-  const Eigen::Matrix<double, 8, 1> h = solver.solve(right);
+  const Eigen::Vector2d right = corner[1] - corner[2], left = corner[3] - corner[2];
+  const Eigen::Vector2d skew = corner[0] - corner[1] + corner[2] - corner[3];
+  const double area = cross(right, left);
+  const double g = cross(skew, left) / area, h = cross(right, skew) / area;
   Eigen::Matrix3d homography;
-  homography << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0;
+  homography.col(0) << corner[1] - corner[0] + g * corner[1], g;
+  homography.col(1) << corner[3] - corner[0] + h * corner[3], h;
+  homography.col(2) << corner[0], 1.0;
   return homography;
 }
 

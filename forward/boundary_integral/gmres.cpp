@@ -1,7 +1,8 @@
 #include "forward/boundary_integral/gmres.h"
 
-#include <Eigen/QR>
 #include <vector>
+
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::forward::boundary_integral {
 
@@ -38,7 +39,7 @@ GmresReport gmres(const Map& a, const Eigen::VectorXd& b, const GmresLimits& lim
       Eigen::VectorXd first = Eigen::VectorXd::Zero(m + 2);
       first[0] = start;
       const Eigen::MatrixXd part = h.topLeftCorner(m + 2, m + 1);
-      weights = part.householderQr().solve(first);
+      weights = least_squares(part, first);
       const double left = (first - part * weights).norm();
       if (left <= 0.5 * limits.tolerance * size || h(m + 1, m) <= 1e-14 * start ||
           report.iterations >= limits.most_iterations) {

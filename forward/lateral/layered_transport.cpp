@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 #include "forward/lateral/slides.h"
 
 namespace kappamu::forward {
@@ -26,9 +27,8 @@ Quadrature gauss_legendre(int points) {
   for (int i = 1; i < points; ++i) {
     jacobi(i, i - 1) = jacobi(i - 1, i) = i / std::sqrt(4.0 * i * i - 1.0);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobi);
-  return {solver.eigenvalues(),
-          2.0 * solver.eigenvectors().row(0).transpose().array().square().matrix()};
+  const SymmetricEigen solved = symmetric_eigen(jacobi);
+  return {solved.values, 2.0 * solved.vectors.row(0).transpose().array().square().matrix()};
 }
 
 /// Associated Legendre functions of the cosine c, l ≤ `order`, ∫ over [-1, 1] of each square 1.
@@ -49,6 +49,13 @@ std::map<std::pair<int, int>, double> legendre(int order, double c) {
     }
   }
   return value;
+}
+
+Eigen::MatrixXcd times(const Eigen::MatrixXd& matrix, const Eigen::MatrixXcd& right) {
+  Eigen::MatrixXcd result(matrix.rows(), right.cols());
+  result.real() = product(matrix, right.real());
+  result.imag() = product(matrix, right.imag());
+  return result;
 }
 
 constexpr int nodes = 48;
@@ -170,21 +177,22 @@ LayeredTransport::Modes LayeredTransport::modes_of(const TransportLayer& layer, 
     return source;
   };
   // along ψ_odd' + E ψ_even = S_even and alongᵀ ψ_even' + O ψ_odd = S_odd.
-  const Eigen::MatrixXd inverse = system(even_, across_even_).inverse();
+  const Eigen::MatrixXd even_system = system(even_, across_even_);
   const Eigen::MatrixXd odd_system = system(odd_, across_odd_);
-  const Eigen::MatrixXd stiffness = along_.transpose() * inverse * along_;
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(stiffness.partialPivLu().solve(odd_system));
+  const Eigen::MatrixXd down = along_.transpose();
+  const Eigen::MatrixXd driven = solve(even_system, along_);
+  const Eigen::MatrixXd stiffness = product(down, driven);
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(solve(stiffness, odd_system));
   Modes modes;
   modes.extinction = absorption + scattering;
-  modes.even_by_odd = -inverse * along_;
+  modes.even_by_odd = -driven;
   modes.shapes = solver.eigenvectors();
   modes.decay = solver.eigenvalues().array().sqrt();
   const double t = modes.extinction;
-  const Eigen::VectorXd even = first_collisions(even_);
-  modes.beam_odd = (t * t * stiffness - odd_system)
-                       .partialPivLu()
-                       .solve(-t * along_.transpose() * inverse * even - first_collisions(odd_));
-  modes.beam_even = inverse * even - t * modes.even_by_odd * modes.beam_odd;
+  const Eigen::VectorXd even = solve(even_system, first_collisions(even_));
+  modes.beam_odd =
+      solve(t * t * stiffness - odd_system, -t * product(down, even) - first_collisions(odd_));
+  modes.beam_even = even + t * product(driven, modes.beam_odd);
   return modes;
 }
 
@@ -204,7 +212,7 @@ LayeredTransport::Ends LayeredTransport::ends_at(const Modes& modes, double thic
     ends.odd.rightCols(count) = modes.shapes * rising.matrix().asDiagonal();
     slope.rightCols(count) = ends.odd.rightCols(count) * modes.decay.asDiagonal();
   }
-  ends.even = modes.even_by_odd * slope;
+  ends.even = times(modes.even_by_odd, slope);
   const double left = beam * std::exp(-modes.extinction * depth);
   ends.beam_odd = (left * modes.beam_odd).cast<Complex>();
   ends.beam_even = (left * modes.beam_even).cast<Complex>();
@@ -234,10 +242,12 @@ LayeredLight LayeredTransport::operator()(std::span<const TransportLayer> layers
   Eigen::Index row = 0;
   const auto surface = [&](const Ends& at, Eigen::Index column, double inwards) {
     matrix.block(row, column, odds, at.odd.cols()) =
-        escape_even_ * at.even + inwards * escape_odd_ * at.odd;
-    right.segment(row, odds) = -(escape_even_ * at.beam_even + inwards * escape_odd_ * at.beam_odd);
+        times(escape_even_, at.even) + inwards * times(escape_odd_, at.odd);
+    right.segment(row, odds) =
+        -(times(escape_even_, at.beam_even) + inwards * times(escape_odd_, at.beam_odd));
     row += odds;
   };
+  const Eigen::MatrixXd down = along_.transpose();
   const Ends top = ends(0, 0.0);
   surface(top, 0, 1.0);
   for (std::size_t i = 0; i + 1 < layers.size(); ++i) {
@@ -246,9 +256,9 @@ LayeredLight LayeredTransport::operator()(std::span<const TransportLayer> layers
     matrix.block(row, first[i + 1], odds, below.odd.cols()) = -below.odd;
     right.segment(row, odds) = below.beam_odd - above.beam_odd;
     row += odds;
-    matrix.block(row, first[i], odds, above.odd.cols()) = along_.transpose() * above.even;
-    matrix.block(row, first[i + 1], odds, below.odd.cols()) = -along_.transpose() * below.even;
-    right.segment(row, odds) = along_.transpose() * (below.beam_even - above.beam_even);
+    matrix.block(row, first[i], odds, above.odd.cols()) = times(down, above.even);
+    matrix.block(row, first[i + 1], odds, below.odd.cols()) = -times(down, below.even);
+    right.segment(row, odds) = times(down, below.beam_even - above.beam_even);
     row += odds;
   }
   const std::size_t last = layers.size() - 1;

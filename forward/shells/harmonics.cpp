@@ -1,11 +1,11 @@
 #include "forward/shells/harmonics.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::forward::shells {
 
@@ -61,7 +61,7 @@ Turner::Turner(int bands) : bands_(bands) {
           harmonics(bands, axes_[static_cast<std::size_t>(i * (axes - 1) / std::max(1, size - 1))])
               .segment(l * l, size);
     }
-    lobes_of_band_.push_back(lobes.inverse());
+    lobes_of_band_.push_back(solve(lobes, Eigen::MatrixXd::Identity(size, size)));
   }
 }
 

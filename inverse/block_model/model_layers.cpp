@@ -1,6 +1,5 @@
 #include "inverse/block_model/model_layers.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -62,7 +61,7 @@ LayeredMedium merge_layers(const LayeredMedium& medium, const Eigen::MatrixXd& n
       fewer.first.erase(fewer.first.begin() + l);
       const Eigen::MatrixXd copied = copies(medium, fewer);
       const Eigen::VectorXd right = copied.transpose() * weighed;
-      const Eigen::VectorXd values = (copied.transpose() * normal * copied).ldlt().solve(right);
+      const Eigen::VectorXd values = solve_symmetric(propagated(copied.transpose(), normal), right);
       const double rise = p.dot(weighed) - values.dot(right);
       if (rise > least) continue;
       least = rise;

@@ -1,14 +1,13 @@
 #include "inverse/lateral/spectral_fit.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::inverse {
 
@@ -29,7 +28,7 @@ Eigen::VectorXd restricted(const Eigen::MatrixXd& normal, const Eigen::VectorXd&
   if (kept.empty()) return amount;
   const Eigen::MatrixXd part = normal(kept, kept);
   const Eigen::VectorXd right_part = right(kept);
-  const Eigen::VectorXd solved = part.ldlt().solve(right_part);
+  const Eigen::VectorXd solved = solve_symmetric(part, right_part);
   amount(kept) = solved;
   return amount;
 }
@@ -42,7 +41,7 @@ bool distinct(const Eigen::MatrixXd& spectra) {
   const Eigen::VectorXd length = spectra.colwise().norm();
   if (!(length.minCoeff() > 0.0)) return false;
   const Eigen::MatrixXd unit = spectra * length.cwiseInverse().asDiagonal();
-  return unit.jacobiSvd().singularValues().minCoeff() > least_distinct;
+  return symmetric_eigen(gram(unit)).values[0] > least_distinct * least_distinct;
 }
 
 AmountFit fit_amounts(const Eigen::MatrixXd& spectra, const Eigen::VectorXd& absorption,
@@ -54,7 +53,7 @@ AmountFit fit_amounts(const Eigen::MatrixXd& spectra, const Eigen::VectorXd& abs
   const Eigen::VectorXd length = weighted.colwise().norm();
   const Eigen::MatrixXd unit = weighted * length.cwiseInverse().asDiagonal();
   const Eigen::VectorXd data = absorption.cwiseQuotient(deviation);
-  const Eigen::MatrixXd normal = unit.transpose() * unit;
+  const Eigen::MatrixXd normal = gram(unit);
   const Eigen::VectorXd right = unit.transpose() * data;
 
   const unsigned all = (1U << n) - 1U;
@@ -73,7 +72,8 @@ AmountFit fit_amounts(const Eigen::MatrixXd& spectra, const Eigen::VectorXd& abs
     }
   }
   const auto units = length.cwiseInverse().asDiagonal();
-  return {units * best, units * normal.inverse() * units, (data - unit * best).squaredNorm()};
+  const Eigen::MatrixXd inverse = solve_symmetric(normal, Eigen::MatrixXd::Identity(n, n));
+  return {units * best, units * inverse * units, (data - unit * best).squaredNorm()};
 }
 
 double AmountFit::deviation(Eigen::Index absorber) const {

@@ -1,11 +1,11 @@
 #include "inverse/lateral/two_layer_fit.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "core/numbers/linear_algebra.h"
 #include "inverse/optimise/levenberg_marquardt.h"
 
 namespace kappamu::inverse {
@@ -90,8 +90,7 @@ TwoLayerFit fit_two_layers(const forward::LayeredTransport& transport, double th
     fit.converged = false;
     return fit;
   }
-  fit.covariance =
-      (jacobian.transpose() * jacobian + prior.rows.transpose() * prior.rows).inverse();
+  fit.covariance = solve_symmetric(gram(jacobian) + gram(prior.rows), Eigen::Matrix4d::Identity());
   return fit;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/numbers/linear_algebra.h"
 #include "inverse/defaults.h"
 
 namespace kappamu::inverse {
@@ -18,8 +19,7 @@ using namespace defaults::levenberg_marquardt;
 
 Eigen::MatrixXd normal_matrix(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& weight,
                               const LinearPrior& prior) {
-  return jacobian.transpose() * weight.asDiagonal() * jacobian +
-         prior.rows.transpose() * prior.rows;
+  return gram(weight.cwiseSqrt().asDiagonal() * jacobian) + gram(prior.rows);
 }
 
 LevenbergMarquardtReport levenberg_marquardt(

@@ -1,11 +1,12 @@
 #include "inverse/problem/photon_ratio.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/numbers/gaussian_sum.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/numbers/median.h"
 #include "core/optics.h"
 #include "core/progress.h"
@@ -131,7 +132,7 @@ class Slopes {
     Eigen::Matrix<double, terms, terms> normal = normal_;
     normal.diagonal() += ridge * normal.diagonal();
     normal.diagonal().array() += ridge;
-    const Eigen::Matrix<double, terms, 2> coefficients = normal.ldlt().solve(right_);
+    const Eigen::Matrix<double, terms, 2> coefficients = solve_symmetric(normal, right_);
     std::array<std::vector<double>, 2> slope{std::vector<double>(count, 0.0),
                                              std::vector<double>(count, 0.0)};
     for (const auto& [pixel, row] : pixels_) {

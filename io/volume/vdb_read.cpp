@@ -128,17 +128,16 @@ class VdbReader {
     return list;
   }
 
-  /// Of floats; of doubles, what floats can hold of them.
-  openvdb::FloatGrid::Ptr floats(const std::string& name) const {
-    const openvdb::GridBase::Ptr& grid = grids_.at(name);
-    if (grid->getGridClass() == openvdb::GRID_LEVEL_SET) {
+  /// Of floats or doubles.
+  const openvdb::GridBase& numbers(const std::string& name) const {
+    const openvdb::GridBase& grid = *grids_.at(name);
+    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET) {
       fail("grid " + name + " is a level set, of distances; give a fog volume");
     }
-    if (auto found = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return found;
-    if (auto found = openvdb::gridPtrCast<openvdb::DoubleGrid>(grid)) {
-      return std::make_shared<openvdb::FloatGrid>(*found);
+    if (!grid.isType<openvdb::FloatGrid>() && !grid.isType<openvdb::DoubleGrid>()) {
+      fail("grid " + name + " is of type " + grid.valueType() + "; write it as a float grid");
     }
-    fail("grid " + name + " is of type " + grid->valueType() + "; write it as a float grid");
+    return grid;
   }
 
   /// Which axis of the index each axis of the world is, and whether they run against each other;
@@ -180,10 +179,9 @@ class VdbReader {
   }
 
   void find_shape(const std::string& name) {
-    first_ = floats(name);
-    const openvdb::FloatGrid& grid = *first_;
+    first_ = &numbers(name);
     const double edge = find_axes(name);
-    box_ = grid.evalActiveVoxelBoundingBox();
+    box_ = first_->evalActiveVoxelBoundingBox();
     if (box_.empty()) fail("grid " + name + " has no active voxels");
     for (int axis = 0; axis < 3; ++axis) {
       constexpr std::int64_t largest_extent = 1 << 16;
@@ -215,15 +213,14 @@ class VdbReader {
   /// Counted from the tree, where a few tiles stand for any number of voxels: a stray active voxel
   /// far away makes the box large, not the count.
   void check_filled(const std::string& name) const {
-    const openvdb::Index64 active = floats(name)->activeVoxelCount();
+    const openvdb::Index64 active = numbers(name).activeVoxelCount();
     if (active == shape_.cells()) return;
     fail("grid " + name + " does not fill its box: " + std::to_string(active) + " of " +
          std::to_string(shape_.cells()) + " voxels are active; give each voxel a value");
   }
 
   Volume<double> volume(const std::string& name) const {
-    const openvdb::FloatGrid::Ptr read = floats(name);
-    const openvdb::FloatGrid& grid = *read;
+    const openvdb::GridBase& grid = numbers(name);
     if (grid.transform() != first_->transform()) {
       fail("grid " + name + " has another transform than " + first_->getName());
     }
@@ -231,6 +228,14 @@ class VdbReader {
     if (!active.empty() && !box_.isInside(active)) {
       fail("grid " + name + " reaches beyond " + first_->getName());
     }
+    if (grid.isType<openvdb::FloatGrid>()) {
+      return values(static_cast<const openvdb::FloatGrid&>(grid));
+    }
+    return values(static_cast<const openvdb::DoubleGrid&>(grid));
+  }
+
+  template <class Grid>
+  Volume<double> values(const Grid& grid) const {
     Volume<double> result(shape_);
     const auto accessor = grid.getConstAccessor();
     for (int z = 0; z < shape_.nz; ++z) {
@@ -254,7 +259,7 @@ class VdbReader {
   openvdb::MetaMap::Ptr metadata_;
   std::map<std::string, openvdb::GridBase::Ptr> grids_;
   bool plain_names_ = false;
-  openvdb::FloatGrid::Ptr first_;    ///< its box and transform are the set's
+  const openvdb::GridBase* first_;   ///< its box and transform are the set's
   openvdb::CoordBBox box_;           ///< of its indices
   std::array<int, 3> index_axis_{};  ///< of each axis of the world
   std::array<bool, 3> backwards_{};

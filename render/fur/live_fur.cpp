@@ -1,10 +1,10 @@
 #include "render/fur/live_fur.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/numbers/linear_algebra.h"
 #include "core/parallel.h"
 
 namespace kappamu::render {
@@ -27,7 +27,7 @@ FurVolume make_fur_volume(const FurTile& tile) {
     const Eigen::VectorXd t = row(i);
     moments.selfadjointView<Eigen::Lower>().rankUpdate(t, static_cast<double>(texture.density[i]));
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solved(moments);
+  const SymmetricEigen solved = symmetric_eigen(moments);
   const Eigen::Index modes = std::min<Eigen::Index>(FurVolume::modes, size);
   FurVolume volume{.width = texture.width,
                    .layers = texture.layers,
@@ -36,9 +36,9 @@ FurVolume make_fur_volume(const FurTile& tile) {
                    .texels = {},
                    .basis = Eigen::MatrixXd::Zero(size, FurVolume::modes)};
   // Eigenvalues come in rising order.
-  volume.basis.leftCols(modes) = solved.eigenvectors().rightCols(modes).rowwise().reverse();
-  const double all = solved.eigenvalues().sum();
-  if (all > 0.0) volume.lost = std::max(0.0, 1.0 - solved.eigenvalues().tail(modes).sum() / all);
+  volume.basis.leftCols(modes) = solved.vectors.rightCols(modes).rowwise().reverse();
+  const double all = solved.values.sum();
+  if (all > 0.0) volume.lost = std::max(0.0, 1.0 - solved.values.tail(modes).sum() / all);
   for (std::vector<float>& texels : volume.texels) texels.resize(4 * texture.size());
   for_pieces(texture.size(), 4096, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

@@ -1,10 +1,10 @@
 #include "forward/embedded/equations/levels.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <map>
 
-#include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/parallel.h"
 
 namespace kappamu::forward::embedded {
@@ -152,9 +152,7 @@ Eigen::MatrixXd inverse(const NodeSpace& space, const Elements& elements, std::s
   const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   matrix = scale.asDiagonal() * matrix * scale.asDiagonal();
   matrix.diagonal().array() += 1e-12;  // vanishing cuts make nearly dependent unknowns
-  const Eigen::LLT<Eigen::MatrixXd> factors(matrix);
-  check(factors.info() == Eigen::Success, "the coarsest matrix is not positive definite");
-  const Eigen::MatrixXd scaled = factors.solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd scaled = inverse_definite(matrix);
   return scale.asDiagonal() * (0.5 * (scaled + scaled.transpose())) * scale.asDiagonal();
 }
 

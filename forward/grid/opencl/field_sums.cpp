@@ -40,7 +40,7 @@ PairProducts FieldSums::pair_products(const OpenclField& lambda, const OpenclFie
   const GridShape& s = setup_.shape;
   const std::array<device::Buffer, 4> sums{zeros(), zeros(), zeros(), zeros()};
   for (std::size_t i = 0; i < lambda.blocks.size(); ++i) {
-    context_.launch(kernels_(lambda.blocks[i].lanes).surface(), "pair_products",
+    context_.launch(kernels_(lambda.blocks[i].lanes).common(), "pair_products",
                     kernels_(lambda.blocks[i].lanes).scalar_rows(s), s.nx, s.ny, s.nz,
                     lambda.blocks[i].values, phi.blocks[i].values, sums[0], sums[1], sums[2],
                     sums[3]);
@@ -58,7 +58,7 @@ std::vector<double> FieldSums::column_products(const OpenclField& lambda,
   const device::Buffer sum = zeros();
   for (const Block& block : lambda.blocks) {
     const Block light = block_like(context_, format_, block, samples, irradiance);
-    context_.launch(kernels_(block.lanes).surface(), "column_products",
+    context_.launch(kernels_(block.lanes).common(), "column_products",
                     kernels_(block.lanes).scalar_rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
                     block.values, light.values, sum);
   }
@@ -76,7 +76,7 @@ std::vector<double> FieldSums::weighted_sums(const OpenclField& phi,
     const std::size_t sum_bytes = static_cast<std::size_t>(block.lanes) * format_.accu_bytes();
     const device::Buffer partial = context_.allocate(rows_of(s) * sum_bytes);
     const device::Buffer sum = context_.allocate(sum_bytes);
-    context_.launch(kernels.surface(), "weighted_rows", kernels.items(rows_of(s)), s.nx,
+    context_.launch(kernels.common(), "weighted_rows", kernels.items(rows_of(s)), s.nx,
                     static_cast<int>(rows_of(s)), w, block.values, partial);
     LaneSums sums(context_, format_);
     sums.add_up(kernels, partial, rows_of(s), sum);

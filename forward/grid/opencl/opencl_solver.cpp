@@ -112,7 +112,7 @@ class OpenclSolver final : public GridSolver {
     for (const Block& block : cast(b).blocks) {
       const LaneKernels& k = kernels_(block.lanes);
       const Block light = face_block(lit, block, power);
-      context_.launch(k.surface(), "deposit", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
+      context_.launch(k.common(), "deposit", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
                       deposit_, light.values, block.values);
     }
   }
@@ -155,7 +155,7 @@ class OpenclSolver final : public GridSolver {
       on_face(face, [&](auto&&... place) {
         with_reals(
             [&](auto s, auto qq, auto e) {
-              context_.launch(k.surface(), "exitance", k.items(samples), place..., s, qq, e,
+              context_.launch(k.common(), "exitance", k.items(samples), place..., s, qq, e,
                               light.values, block.values, result.values);
             },
             scale, q, apart);
@@ -220,9 +220,9 @@ class OpenclSolver final : public GridSolver {
         layout_ == Layout::gpu ? device::Range{eights, rows, 32, 1} : device::Range{1, rows, 1, 1};
     with_reals(
         [&](auto h, auto reflectance) {
-          context_.launch(beam_program(context_, format_, layout_), "first_collisions", items, f.nu,
-                          f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h, reflectance,
-                          hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
+          context_.launch(level_program(context_, format_, layout_), "first_collisions", items,
+                          f.nu, f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
+                          reflectance, hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
         },
         s.voxel_mm, fresnel_internal(setup_.eta, 1.0));
   }
@@ -264,7 +264,7 @@ class OpenclSolver final : public GridSolver {
       on_face(face, [&](auto&&... place) {
         with_reals(
             [&](auto s) {
-              context_.launch(k.surface(), "add_on_face", k.items(samples), place..., s,
+              context_.launch(k.common(), "add_on_face", k.items(samples), place..., s,
                               sample.values, block.values);
             },
             scale);
@@ -331,7 +331,7 @@ void OpenclSolver::change_source(const EquationsChange& change, const BatchField
   for (std::size_t i = 0; i < in.blocks.size(); ++i) {
     const LaneKernels& k = kernels_(in.blocks[i].lanes);
     const Block light = face_block(lit, in.blocks[i], irradiance);
-    context_.launch(k.surface(), "change_source", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
+    context_.launch(k.common(), "change_source", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
                     parts[0], parts[1], parts[2], parts[3], parts[4], light.values,
                     in.blocks[i].values, out.blocks[i].values);
   }

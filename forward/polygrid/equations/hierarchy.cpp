@@ -1,8 +1,9 @@
 #include "forward/polygrid/equations/hierarchy.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numeric>
+
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -174,7 +175,7 @@ ChannelLevels::ChannelLevels(const Hierarchy& hierarchy, const MediumValues& med
       matrix(i, j) = matrix(j, i) = -graph.back().link[static_cast<std::size_t>(k)];
     }
   }
-  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(rows, rows));
+  const Eigen::MatrixXd inverse = inverse_definite(matrix);
   coarsest.assign(inverse.data(), inverse.data() + inverse.size());
 }
 

@@ -30,6 +30,18 @@ TEST(LinearAlgebra, SolvesAlsoWhatIsBarelyDefinite) {
   EXPECT_LT((matrix * solve_symmetric(matrix, right) - right).norm(), 1e-7 * right.norm());
 }
 
+TEST(LinearAlgebra, AnInverseIsOfDefiniteMatricesAlone) {
+  const Eigen::MatrixXd half = drawn(10, 12, 2);
+  const Eigen::MatrixXd matrix = half * half.transpose();
+  EXPECT_LT((matrix * inverse_definite(matrix) - Eigen::MatrixXd::Identity(10, 10)).norm(), 1e-9);
+  EXPECT_THROW(inverse_definite(-matrix), std::logic_error);
+}
+
+TEST(LinearAlgebra, SolvesWhatIsNotSymmetric) {
+  const Eigen::MatrixXd matrix = drawn(10, 10, 11), right = drawn(10, 3, 12);
+  EXPECT_LT((product(matrix, solve(matrix, right)) - right).norm(), 1e-11 * right.norm());
+}
+
 TEST(LinearAlgebra, LeastSquaresLeaveAResidualAcrossTheColumns) {
   const Eigen::MatrixXd matrix = drawn(30, 6, 6);
   const Eigen::MatrixXd right = drawn(30, 2, 7);

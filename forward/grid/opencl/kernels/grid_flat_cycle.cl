@@ -174,3 +174,5 @@ FLAT void solve_last(const int places, global const REAL* restrict inverse,
   }
   solution[AT(place)] = sum;
 }
+#undef RELAX
+#undef BLACK_VALUE

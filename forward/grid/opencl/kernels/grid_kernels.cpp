@@ -7,9 +7,8 @@
 
 namespace kappamu::forward {
 
-extern const device::KernelSource grid_assemble_cl, grid_beam_cl, grid_coarsen_cl,
-    grid_flat_cycle_cl, grid_flat_residual_cl, grid_flat_step_cl, grid_operator_cl, grid_reduced_cl,
-    grid_stream_cycle_cl, grid_stream_step_cl, grid_surface_cl, grid_vectors_cl;
+extern const device::KernelSource grid_flat_cl, grid_flat_residual_cl, grid_lanes_cl,
+    grid_levels_cl, grid_stream_cl, grid_stream_residual_cl;
 
 namespace {
 
@@ -33,16 +32,8 @@ Format format_of(const device::DeviceInfo& device, Precision precision) {
   return {precision == Precision::single_precision, device.fp64};
 }
 
-device::Program& assembly_program(device::Context& context, const Format& format, Layout layout) {
-  return context.program(grid_assemble_cl, number_options(format) + segment_option(layout));
-}
-
-device::Program& coarsening_program(device::Context& context, const Format& format, Layout layout) {
-  return context.program(grid_coarsen_cl, number_options(format) + segment_option(layout));
-}
-
-device::Program& beam_program(device::Context& context, const Format& format, Layout layout) {
-  return context.program(grid_beam_cl, number_options(format) + segment_option(layout));
+device::Program& level_program(device::Context& context, const Format& format, Layout layout) {
+  return context.program(grid_levels_cl, number_options(format) + segment_option(layout));
 }
 
 Layout layout_of(const device::DeviceInfo& device) {
@@ -56,12 +47,9 @@ LaneKernels::LaneKernels(device::Context& context, const Format& format, Layout 
   groups_ = lanes / width;
   const std::string options = number_options(format) + " -DWIDTH=" + std::to_string(width) +
                               " -DGROUPS=" + std::to_string(groups_) + segment_option(layout);
-  operator_ = &context.program(grid_operator_cl, options);
-  vectors_ = &context.program(grid_vectors_cl, options);
-  surface_ = &context.program(grid_surface_cl, options);
-  cycle_ = &context.program(gpu ? grid_flat_cycle_cl : grid_stream_cycle_cl, options);
-  step_ = &context.program(gpu ? grid_flat_step_cl : grid_stream_step_cl, options);
-  residual_ = &context.program(gpu ? grid_flat_residual_cl : grid_reduced_cl, options);
+  common_ = &context.program(grid_lanes_cl, options);
+  steps_ = &context.program(gpu ? grid_flat_cl : grid_stream_cl, options);
+  residual_ = &context.program(gpu ? grid_flat_residual_cl : grid_stream_residual_cl, options);
 }
 
 namespace {

@@ -27,11 +27,9 @@ Layout layout_of(const device::DeviceInfo& device);
 /// Items for the rows of a grid, for all patterns together (FOR_SCALAR_ROW in grid_prelude.cl).
 device::Range scalar_rows(Layout layout, const GridShape& grid);
 
-/// Conductances of a level, and the next coarser one's from them: no lanes.
-device::Program& assembly_program(device::Context& context, const Format& format, Layout layout);
-device::Program& coarsening_program(device::Context& context, const Format& format, Layout layout);
-/// First collisions of a beam: no lanes.
-device::Program& beam_program(device::Context& context, const Format& format, Layout layout);
+/// Conductances of a level, the next coarser one's from them, and first collisions of a beam: no
+/// lanes.
+device::Program& level_program(device::Context& context, const Format& format, Layout layout);
 
 /// Everything that works on a batch of `lanes` patterns.
 class LaneKernels {
@@ -40,12 +38,10 @@ class LaneKernels {
 
   int lanes() const { return lanes_; }
   Layout layout() const { return layout_; }
-  device::Program& level_operator() const { return *operator_; }
-  device::Program& vectors() const { return *vectors_; }
-  device::Program& surface() const { return *surface_; }
+  /// The operator, surfaces and sums.
+  device::Program& common() const { return *common_; }
   /// Of this layout: grid_stream_*.cl and grid_reduced.cl, or grid_flat_*.cl.
-  device::Program& cycle() const { return *cycle_; }
-  device::Program& step() const { return *step_; }
+  device::Program& steps() const { return *steps_; }
   device::Program& residual() const { return *residual_; }
 
   /// Items for the rows of a grid (FOR_ROW and FOR_SCALAR_ROW in grid_prelude.cl).
@@ -69,7 +65,7 @@ class LaneKernels {
  private:
   int lanes_, groups_;
   Layout layout_;
-  device::Program *operator_, *vectors_, *surface_, *cycle_, *step_, *residual_;
+  device::Program *common_, *steps_, *residual_;
 };
 
 }  // namespace kappamu::forward

@@ -22,12 +22,12 @@ void FlatCycle::precondition(const LaneKernels& kernels, const device::Buffer& r
   for (std::size_t l = 0; l < last; ++l) down(kernels, l, fields(l), fields(l + 1).rhs);
   const Level& coarsest = hierarchy_.levels().back();
   const std::size_t places = 2 * half_cells(coarsest.shape);
-  context_.launch(kernels.cycle(), "solve_last", kernels.flat(places), static_cast<int>(places),
+  context_.launch(kernels.steps(), "solve_last", kernels.flat(places), static_cast<int>(places),
                   coarsest.solve, fields(last).rhs, fields(last).solution);
   for (std::size_t l = last; l > 0; --l) up(kernels, l - 1, fields(l - 1), fields(l).solution);
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
-  context_.launch(kernels.cycle(), "relax_and_sum", kernels.summed(s), s.nx, s.ny, s.nz,
+  context_.launch(kernels.steps(), "relax_and_sum", kernels.summed(s), s.nx, s.ny, s.nz,
                   level.stencils, r, z, partial);
 }
 
@@ -37,7 +37,7 @@ void FlatCycle::down(const LaneKernels& kernels, std::size_t l, const Fields& at
   const GridShape& s = level.shape;
   const GridShape& c = hierarchy_.levels()[l + 1].shape;
   const device::Range items = kernels.tiled(s);
-  device::Program& program = kernels.cycle();
+  device::Program& program = kernels.steps();
   if (l > 0) {
     context_.launch(program, "reduce", items, s.nx, s.ny, s.nz, level.stencils, level.smoother,
                     at.rhs);
@@ -57,7 +57,7 @@ void FlatCycle::up(const LaneKernels& kernels, std::size_t l, const Fields& at,
   const GridShape& s = level.shape;
   const GridShape& c = hierarchy_.levels()[l + 1].shape;
   const device::Range items = kernels.tiled(s);
-  device::Program& program = kernels.cycle();
+  device::Program& program = kernels.steps();
   const auto solve_black = [&](bool with_rhs) {
     context_.launch(program, "solve_black", items, s.nx, s.ny, s.nz, level.stencils, int{with_rhs},
                     at.rhs, at.solution);

@@ -99,12 +99,12 @@ LaneScalars FlatSteps::step(const LaneKernels& kernels) {
   const device::Buffer &rz = rz_[now_], &rz_before = rz_[1 - now_];
   cycle_.precondition(kernels, r_, z_, image_, partial_);
   sums_.add_up(kernels, partial_, kernels.partials(s), rz);
-  context_.launch(kernels.step(), "next_direction", kernels.flat(reds_), static_cast<int>(reds_),
+  context_.launch(kernels.steps(), "next_direction", kernels.flat(reds_), static_cast<int>(reds_),
                   int{fresh_}, rz, rz_before, z_, p_);
-  context_.launch(kernels.step(), "solve_black_of_direction", kernels.tiled(s), s.nx, s.ny, s.nz,
+  context_.launch(kernels.steps(), "solve_black_of_direction", kernels.tiled(s), s.nx, s.ny, s.nz,
                   level.stencils, p_, image_);
-  launch_sum(kernels, kernels.step(), "image_of_direction", energy_, level.stencils, p_, image_);
-  launch_sum(kernels, kernels.step(), "update", rr_, int{first_d_}, rz, energy_, p_, image_, d_,
+  launch_sum(kernels, kernels.steps(), "image_of_direction", energy_, level.stencils, p_, image_);
+  launch_sum(kernels, kernels.steps(), "update", rr_, int{first_d_}, rz, energy_, p_, image_, d_,
              r_);
   now_ = 1 - now_;
   fresh_ = first_d_ = zero_ = false;

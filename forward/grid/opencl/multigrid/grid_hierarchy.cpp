@@ -1,10 +1,10 @@
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
 
+#include "core/numbers/linear_algebra.h"
 #include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
 
@@ -84,8 +84,7 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layo
       setup_(setup),
       robin_A_(robin_A),
       cells_to_invert_(cells_to_invert),
-      program_(assembly_program(context, format, layout)),
-      coarsening_(coarsening_program(context, format, layout)) {
+      program_(level_program(context, format, layout)) {
   const std::size_t unit = format.real_bytes();
   kappa_ = context.allocate(setup.shape.cells() * unit);
   mu_ = context.allocate(setup.shape.cells() * unit);
@@ -240,7 +239,7 @@ void Hierarchy::invert_matrix(Level& level) const {
   const Eigen::VectorXd cells =
       matrix.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 : 0.0; });
   matrix.diagonal() += Eigen::VectorXd::Ones(places) - cells;
-  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd(cells.asDiagonal()));
+  const Eigen::MatrixXd inverse = inverse_definite(matrix) * cells.asDiagonal();
   level.solve =
       uploaded(context_, format_, {inverse.data(), static_cast<std::size_t>(inverse.size())});
 }
@@ -288,9 +287,9 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
       context_.zero(*weights[a], f.cells() * format_.real_bytes());
       sum_children(with_faces(f, axis), faces, half, *fine_faces[a], *coarse_faces[a]);
     } else if (axis == 0) {
-      context_.launch(coarsening_, "weights_in_rows", scalar_rows(layout_, f), f.nx, f.ny, f.nz,
+      context_.launch(program_, "weights_in_rows", scalar_rows(layout_, f), f.nx, f.ny, f.nz,
                       fine.gx, fine.smoother, fine.wx);
-      context_.launch(coarsening_, "coarsen_faces_in_rows", scalar_rows(layout_, faces), f.nx, f.ny,
+      context_.launch(program_, "coarsen_faces_in_rows", scalar_rows(layout_, faces), f.nx, f.ny,
                       f.nz, half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
                       coarse.gx);
     } else {
@@ -298,9 +297,9 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
       std::array<int, 3> alone{};
       alone[a] = 1;
       const GridShape face_rows = with_faces(coarser_grid(f, alone), axis);
-      context_.launch(coarsening_, "weights_between_rows", scalar_rows(layout_, face_rows), axis,
-                      f.nx, f.ny, f.nz, *fine_faces[a], fine.smoother, *weights[a]);
-      context_.launch(coarsening_, "coarsen_faces_between_rows", scalar_rows(layout_, faces), axis,
+      context_.launch(program_, "weights_between_rows", scalar_rows(layout_, face_rows), axis, f.nx,
+                      f.ny, f.nz, *fine_faces[a], fine.smoother, *weights[a]);
+      context_.launch(program_, "coarsen_faces_between_rows", scalar_rows(layout_, faces), axis,
                       f.nx, f.ny, f.nz, half[0], half[other], fine.gx, *fine_faces[a],
                       *fine_faces[other], fine.smoother, *weights[a], *coarse_faces[a]);
     }

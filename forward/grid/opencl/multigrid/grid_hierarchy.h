@@ -73,7 +73,6 @@ class Hierarchy {
   double robin_A_;
   std::size_t cells_to_invert_;
   device::Program& program_;
-  device::Program& coarsening_;
   device::Buffer kappa_, mu_;
   std::vector<Level> levels_;
   bool has_medium_ = false;

@@ -10,7 +10,7 @@ LaneSums::LaneSums(device::Context& context, const Format& format)
 void LaneSums::add_up(const LaneKernels& kernels, const device::Buffer& partial, std::size_t count,
                       const device::Buffer& sum) {
   constexpr std::size_t workgroup = 256;  // WORKGROUP in grid_vectors.cl
-  context_.launch(kernels.vectors(), "sum_partials", {workgroup, 1, workgroup, 1},
+  context_.launch(kernels.common(), "sum_partials", {workgroup, 1, workgroup, 1},
                   static_cast<int>(count), partial, sum);
 }
 

@@ -127,18 +127,18 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   const device::Buffer& coarse_rhs = l == 0 ? z : coarse_[l - 1].rhs[idle];
   const device::Buffer& coarse_solution = l == 0 ? p_[idle] : coarse_[l - 1].solution;
   const StreamTiles& down = plans_[l].down;
-  context_.launch(kernels.cycle(), "stream_down", items(down), down.size[0], down.size[1],
+  context_.launch(kernels.steps(), "stream_down", items(down), down.size[0], down.size[1],
                   down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz,
                   at.halving[0], at.halving[1], at.halving[2], at.weights, r, coarse_rhs,
                   down.scratch_cells, scratch_);
   if (l + 2 < hierarchy_.levels().size()) {
     cycle(kernels, l + 1, coarse_rhs, coarse_solution);
   } else {
-    context_.launch(kernels.cycle(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse_rhs,
+    context_.launch(kernels.steps(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse_rhs,
                     coarse_solution);
   }
   const StreamTiles& up = plans_[l].up;
-  context_.launch(kernels.cycle(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
+  context_.launch(kernels.steps(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
                   int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz, at.halving[0],
                   at.halving[1], at.halving[2], at.weights, r, coarse_solution, z, cycle_dots_,
                   up.scratch_cells, scratch_);
@@ -182,15 +182,15 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
   if (plans_.empty()) {
-    context_.launch(kernels.cycle(), "cycle_of_one_cell", {1, 1, 1, 1}, level.stencils, r_, z_,
+    context_.launch(kernels.steps(), "cycle_of_one_cell", {1, 1, 1, 1}, level.stencils, r_, z_,
                     cycle_dots_);
   } else {
     cycle(kernels, 0, r_, z_);
   }
   const int up_sums = plans_.empty() ? 1 : plans_.front().up.sums;
-  context_.launch(kernels.step(), "step_scalars", {1, 1, 1, 1}, up_sums, step_tiles_.sums,
+  context_.launch(kernels.steps(), "step_scalars", {1, 1, 1, 1}, up_sums, step_tiles_.sums,
                   int{fresh_}, cycle_dots_, step_sums_, scalars_);
-  context_.launch(kernels.step(), "stream_step", items(step_tiles_), step_tiles_.size[0],
+  context_.launch(kernels.steps(), "stream_step", items(step_tiles_), step_tiles_.size[0],
                   step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_d_}, s.nx, s.ny,
                   s.nz, level.stencils, scalars_, z_, p_[now_], p_[1 - now_], d_, r_, step_sums_,
                   step_tiles_.scratch_cells, scratch_);
