@@ -1,5 +1,6 @@
 #include "app/viewer/painter.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -287,6 +288,7 @@ void Painter::restore_lights(const std::filesystem::path& out) {
     std::vector<render::Light> lights = scene_.lights;
     change_lights(changes, out.string(), lights);
     keep_lights(lights);
+    std::rotate(done_.begin(), done_.end() - 1, done_.end());  // edits are undone before them
     lights_are_others_ = true;
     return;
   }

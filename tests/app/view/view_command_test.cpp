@@ -264,7 +264,9 @@ TEST_F(AsRender, ShowsTheSameUnderAWideLamp) {
   const double at_rest = difference("seen.png"), while_moving = difference("moving.png");
   std::printf("wide lamp: at rest %.4f, while things move %.4f\n", at_rest, while_moving);
   EXPECT_LT(at_rest, 0.015);
-  EXPECT_LT(while_moving, drawn_tolerance);
+  // What is drawn has no lamp seen through thin parts, and reflects it along contours in its own
+  // way.
+  EXPECT_LT(while_moving, 0.16);
 }
 
 /// A light inside a body, which takes part in a twist and in a change of colour.
