@@ -78,8 +78,8 @@ std::vector<std::string> names_of(const Abilities& abilities) {
   const std::pair<bool, const char*> all[] = {
       {abilities.any_shape, "any shape"}, {abilities.heterogeneous, "heterogeneous"},
       {abilities.voids, "voids"},         {abilities.several_bodies, "several bodies"},
-      {abilities.reentry, "re-entry"},    {abilities.live, "live"},
-      {abilities.deforming, "deforming"},
+      {abilities.reentry, "re-entry"},    {abilities.inner_light, "inner light"},
+      {abilities.live, "live"},           {abilities.deforming, "deforming"},
   };
   std::vector<std::string> names;
   for (const auto& [can, name] : all) {

@@ -19,6 +19,7 @@ struct Abilities {
   bool voids = false;           ///< holes enclosed by the body
   bool several_bodies = false;  ///< meshes of several closed surfaces apart
   bool deforming = false;       ///< meshes that move answer without a new start
+  bool inner_light = false;     ///< takes light that begins inside the object
   bool live = false;            ///< follows lights in the window
   bool reentry = false;         ///< follows light that leaves and meets the object again
   bool transport = false;       ///< right wherever it is given time: parameter `photons`

@@ -10,6 +10,7 @@
 #include "io/volume/volume_file.h"
 #include "pipeline/verify.h"
 #include "render/embree_caster.h"
+#include "render/light/light_changes.h"
 #include "render/scene/object_shape.h"
 
 namespace kappamu::app {
@@ -84,6 +85,11 @@ void run_edit(const EditOptions& options, const Globals& globals) {
     open_volume(options, opened);
   }
   apply(recipe, options.recipe, opened.edited->history(), warnings);
+  if (opened.scene) {
+    std::vector<render::Light> lights = opened.scene->lights;
+    render::change_lights(recipe.lights, options.recipe, lights);
+  }
+  opened.edited->set_lights(recipe.lights);
   if (opened.scene) opened.edited->require_body();
   const std::vector<std::string> files =
       write_edited(*opened.edited, opened.source, options.out, "edit", {options.recipe});
@@ -109,11 +115,12 @@ SOURCE is a scene (.json), a .vdb file, a run folder, or a folder with volume.js
 a JSON file of format kappamu-edit (docs/formats.md, "Edits"), lists edits in order. Each
 multiplies, adds, sets, blends or copies coefficients, colours or mean free paths of all
 channels or some: in a box, in a range of depths, under an image, under a brush's strokes, or
-everywhere; or it changes the surface's index and roughness, or the shape. Into OUT go:
+everywhere; or it changes the surface's index and roughness, or the shape. A recipe that the
+window saved may turn the scene's lights as well. Into OUT go:
 
   recipe.json  the recipe, its files named from OUT
   volume.vdb   the edited volume; `kappamu export OUT` and scenes take it
-  scene.json   of a scene: the scene with the edited object, for `kappamu render`
+  scene.json   of a scene: it with the edited object and lights, for `kappamu render`
 
 A homogeneous object becomes a volume over its box at the first edit of a part of it; a wrapped or
 composed one is edited as the voxels that it is made of. Edits of all of a homogeneous object leave it one, without volume.vdb. The same

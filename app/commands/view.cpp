@@ -180,7 +180,8 @@ everywhere. They are listed, reordered, switched off, undone and done again, and
 `kappamu edit` does: a volume, the recipe that makes it, and a scene. The same command continues
 from saved edits, and from those of a window that ended before they were saved.
 
-A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
+A script has one command per line: lamp N, light AZ EL, turn DEGREES,
+distance MM, brightness R G B, model NAME, orbit DX DY (degrees),
 exposure E, panel on|off, trace on|off, channel all|R|G|B,
 brush OPERATION kappa|mu|albedo|mean_free_path AMOUNT RADIUS DEPTH, paint X Y ...,
 fur NAME VALUE, fur_brush KIND RADIUS ..., comb X0 Y0 X1 Y1 RADIUS,

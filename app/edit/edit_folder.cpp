@@ -70,12 +70,14 @@ void EditFolder::restore(render::EditedObject& edited) {
                        ": these edits were saved for another volume than that of " +
                        source_.name() + "; choose another folder for edits");
     }
+    edited.set_lights(render::read_recipe(recipe).lights);
     saved_ = text(edited.recipe());
   }
   if (!fs::exists(unsaved_file())) return;
   const render::Recipe unsaved = render::read_recipe(unsaved_file());
   while (history.can_undo()) history.undo();
   replay(unsaved, history);
+  edited.set_lights(unsaved.lights);
 }
 
 bool EditFolder::is_saved(const render::Recipe& recipe) const {

@@ -104,6 +104,9 @@ std::string edited_scene(const render::Scene& scene, std::size_t object,
   if (!material && !forward::object_model(scene.model.name).can.heterogeneous) {
     json["model"] = {{"name", "embedded"}, {"tolerance", scene.model.tolerance}};
   }
+  for (const render::LightChange& change : edited.recipe().lights) {
+    json["lights"].at(change.light).update(render::fields_of(change));
+  }
   return json.dump(2) + "\n";
 }
 

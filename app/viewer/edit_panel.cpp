@@ -71,7 +71,7 @@ void draw_region(const Painter& painter, ViewState& state) {
   Brush& brush = state.brush;
   int kind = static_cast<int>(region.kind);
   ImGui::Combo("where", &kind,
-               "stroke of the brush\0whole\0depth\0box\0image from the view\0image on a face\0"
+               "stroke of the brush\0all\0depth\0box\0image from the view\0image on a face\0"
                "image by texture coordinates\0");
   const bool begun = region.kind != static_cast<Region::Kind>(kind);
   region.kind = static_cast<Region::Kind>(kind);

@@ -29,6 +29,7 @@ class Editing {
                       const Brush& brush);
   Painter::Stroked end_stroke();
   void preview(const render::Edit& edit);
+  void keep_lights(const std::vector<render::Light>& lights) { painter_.keep_lights(lights); }
   void change_fur(std::size_t object, const render::FurChange& change);
   /// By the panel: what it shows is kept, though it was changed since the preview.
   void obey_panel(Asked asked, const ViewState& state);

@@ -1,10 +1,12 @@
 #include "app/viewer/painter.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "core/error.h"
 #include "render/embree_caster.h"
+#include "render/light/light_changes.h"
 
 namespace kappamu::app {
 
@@ -25,7 +27,7 @@ render::Edit Brush::edit(render::Selection where) const {
 }
 
 Painter::Painter(const render::Scene& scene, const render::World& world)
-    : scene_(scene), world_(world) {
+    : scene_(scene), world_(world), lit_{scene.lights} {
   for (const render::WorldObject& object : world.objects()) {
     surfaces_.push_back({object.boundary.eta, object.roughness});
   }
@@ -197,13 +199,32 @@ void Painter::change_fur(std::size_t object, const render::FurChange& change) {
   commit(object);
 }
 
+void Painter::keep_lights(const std::vector<render::Light>& lights) {
+  if (light_changes(this->lights(), lights).empty()) return;
+  lit_.resize(++lit_at_);
+  lit_.push_back(lights);
+  done_.push_back(of_lights);
+  undone_.clear();
+  lights_changed();
+}
+
+void Painter::step_lights(std::size_t to) {
+  lit_at_ = to;
+  lights_are_others_ = true;
+  lights_changed();
+}
+
 bool Painter::undo() {
   cancel();
   if (done_.empty()) return false;
   const std::size_t object = done_.back();
-  edited(object).history().undo();
   undone_.push_back(object);
   done_.pop_back();
+  if (object == of_lights) {
+    step_lights(lit_at_ - 1);
+    return true;
+  }
+  edited(object).history().undo();
   changed(object);
   return true;
 }
@@ -212,9 +233,13 @@ bool Painter::redo() {
   cancel();
   if (undone_.empty()) return false;
   const std::size_t object = undone_.back();
-  edited(object).history().redo();
   done_.push_back(object);
   undone_.pop_back();
+  if (object == of_lights) {
+    step_lights(lit_at_ + 1);
+    return true;
+  }
+  edited(object).history().redo();
   changed(object);
   return true;
 }
@@ -244,6 +269,7 @@ void Painter::open(const std::filesystem::path& out) {
       folder.restore(edited(object));
       done_.insert(done_.end(), edited(object).history().list().size(), object);
     }
+    restore_lights(out);
   } catch (...) {
     std::swap(folders, folders_);
     throw;
@@ -251,27 +277,56 @@ void Painter::open(const std::filesystem::path& out) {
   if (keeps_unsaved_) keep_unsaved();
 }
 
+void Painter::restore_lights(const std::filesystem::path& out) {
+  for (const auto& [object, folder] : folders_) {
+    if (!folder.has_edits()) continue;
+    const render::LightChanges changes = made(object)->recipe().lights;
+    if (changes.empty()) continue;
+    if (lit_at_ > 0) {
+      throw InputError(out.string() + ": holds other lights already; choose another folder");
+    }
+    std::vector<render::Light> lights = scene_.lights;
+    change_lights(changes, out.string(), lights);
+    keep_lights(lights);
+    std::rotate(done_.begin(), done_.end() - 1, done_.end());  // edits are undone before them
+    lights_are_others_ = true;
+    return;
+  }
+}
+
 const render::EditedObject* Painter::made(std::size_t object) const {
   const auto found = edited_.find(object);
   return found == edited_.end() ? nullptr : found->second.get();
 }
 
+render::Recipe Painter::recipe(std::size_t object) const {
+  render::Recipe recipe;
+  if (made(object) != nullptr) recipe = made(object)->recipe();
+  recipe.lights = light_changes(scene_.lights, lights());
+  return recipe;
+}
+
 void Painter::changed(std::size_t object) const {
-  if (keeps_unsaved_ && is_open()) folders_.at(object).keep(made(object)->recipe());
+  if (keeps_unsaved_ && is_open()) folders_.at(object).keep(recipe(object));
+}
+
+void Painter::lights_changed() const {
+  for (std::size_t object = 0; object < objects(); ++object) {
+    if (is_saved_with(object)) changed(object);
+  }
 }
 
 void Painter::keep_unsaved() {
   keeps_unsaved_ = true;
-  for (std::size_t object = 0; object < objects(); ++object) {
-    if (made(object) != nullptr) changed(object);
-  }
+  lights_changed();
 }
 
 bool Painter::unsaved() const {
   for (std::size_t object = 0; object < objects(); ++object) {
-    if (made(object) == nullptr) continue;
-    const bool unsaved = is_open() ? !folders_.at(object).is_saved(made(object)->recipe())
-                                   : made(object)->history().can_undo();
+    if (!is_saved_with(object)) continue;
+    const bool edits = made(object) != nullptr && made(object)->history().can_undo();
+    const bool unsaved = is_open() ? !folders_.at(object).is_saved(recipe(object))
+                                   : edits || !recipe(object).lights.empty();
     if (unsaved) return true;
   }
   return false;
@@ -293,7 +348,8 @@ void Painter::discard() {
 std::vector<std::string> Painter::save() {
   std::vector<std::string> files;
   for (auto& [object, folder] : folders_) {
-    if (made(object) == nullptr || folder.is_saved(made(object)->recipe())) continue;
+    if (!is_saved_with(object) || folder.is_saved(recipe(object))) continue;
+    edited(object).set_lights(recipe(object).lights);
     const std::vector<std::string> written = folder.save(edited(object));
     files.insert(files.end(), written.begin(), written.end());
   }

@@ -5,10 +5,12 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/edit/edit_folder.h"
@@ -103,9 +105,16 @@ class Painter {
   /// Edits it: one state. Throws InputError naming a value that no recipe may have.
   void change_fur(std::size_t object, const render::FurChange& change);
 
+  /// The scene's lights, as they were last kept.
+  const std::vector<render::Light>& lights() const { return lit_[lit_at_]; }
+  /// Keeps lights that are not as they were: one state.
+  void keep_lights(const std::vector<render::Light>& lights);
+  /// Whether lights are others by an undo, a redo or a folder, since the last call.
+  bool take_lights() { return std::exchange(lights_are_others_, false); }
+
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }
-  /// Of the last edit of any object. Whether there was one.
+  /// Of the last edit of any object, or of the lights. Whether there was one.
   bool undo();
   bool redo();
 
@@ -136,6 +145,18 @@ class Painter {
     std::unique_ptr<RayCaster> rays;
   };
 
+  /// `done_` and `undone_` have this for the lights.
+  static constexpr std::size_t of_lights = std::numeric_limits<std::size_t>::max();
+  /// Whether it may have something to save: objects that were edited, and the first one where
+  /// lights were.
+  bool is_saved_with(std::size_t object) const {
+    return made(object) != nullptr || (object == 0 && lit_.size() > 1);
+  }
+  render::Recipe recipe(std::size_t object) const;
+  void step_lights(std::size_t to);
+  void lights_changed() const;
+  /// As edits in the folders have them.
+  void restore_lights(const std::filesystem::path& out);
   void commit(std::size_t object);
   void changed(std::size_t object) const;
   void noted(std::size_t object);
@@ -148,7 +169,10 @@ class Painter {
   std::map<std::size_t, std::unique_ptr<render::EditedObject>> edited_;
   std::map<std::size_t, EditFolder> folders_;
   bool keeps_unsaved_ = false;
-  std::vector<std::size_t> done_, undone_;  ///< objects, edit by edit
+  std::vector<std::size_t> done_, undone_;       ///< objects, edit by edit
+  std::vector<std::vector<render::Light>> lit_;  ///< states of the lights, the scene's first
+  std::size_t lit_at_ = 0;                       ///< of `lit_`
+  bool lights_are_others_ = false;
 
   std::optional<std::size_t> stroked_, tried_;
   bool stroke_changes_ = false;

@@ -80,6 +80,7 @@ class Viewer {
         continue;
       }
       if (glfwWindowShouldClose(window_.handle()) == GLFW_TRUE && !closing_) {
+        editing_.keep_lights(state_.lights);
         if (!editing_.painter().unsaved()) break;
         closing_ = true;
       }
@@ -114,8 +115,12 @@ class Viewer {
     shown_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
-  /// The objects are others by an edit.
+  /// The objects, or the lights, are others by an edit.
   void edited() {
+    if (editing_.painter().take_lights()) {
+      state_.lights = editing_.painter().lights();
+      beside_.light(state_.lights);
+    }
     shown_.fur().follow([this](std::size_t object) { return editing_.painter().fur(object); });
     ask();
   }
@@ -165,6 +170,10 @@ class Viewer {
       beside_.light(state_.lights);
     }
     if (shaping_.take_change()) ask();
+    // A turn is an edit once the hand lets go of the light.
+    if (!state_.playing && !ImGui::IsAnyMouseDown() && !ImGui::IsAnyItemActive()) {
+      editing_.keep_lights(state_.lights);
+    }
     if (state_.asked_to_compare) compare(*std::exchange(state_.asked_to_compare, std::nullopt));
   }
 

@@ -113,7 +113,7 @@ ModelDescription block_model() {
   return {.name = "grid",
           .text = "Diffusion on the voxels of a box, halved until two resolutions agree.",
           .limits = "Only boxes of whole voxels along the axes; diffusion errs as with embedded.",
-          .can = {.heterogeneous = true, .any_shape = false, .live = true},
+          .can = {.heterogeneous = true, .any_shape = false, .inner_light = true, .live = true},
           .make = [] { return std::make_unique<BlockModel>(); },
           .measured = &measured("grid"),
           .errs_by = &measured("embedded").error};

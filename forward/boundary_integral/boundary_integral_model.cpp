@@ -198,7 +198,7 @@ ModelDescription boundary_integral_model() {
   return {.name = "boundary_integral",
           .text = "Diffusion by integral equations on the surface, with fast summation.",
           .limits = "Only homogeneous materials; diffusion errs as with embedded.",
-          .can = {.voids = true, .several_bodies = true},
+          .can = {.voids = true, .several_bodies = true, .inner_light = true},
           .make = [] { return std::make_unique<BoundaryIntegralModel>(); },
           .errs_by = &measured("embedded").error};
 }

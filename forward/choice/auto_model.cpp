@@ -98,6 +98,7 @@ ModelDescription auto_model() {
           .can = {.heterogeneous = true,
                   .voids = true,
                   .several_bodies = true,
+                  .inner_light = true,
                   .reentry = true,
                   .chooses = true},
           .make = [] { return std::make_unique<AutoModel>(); }};

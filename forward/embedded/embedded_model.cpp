@@ -145,6 +145,7 @@ ModelDescription embedded_model() {
           .can = {.heterogeneous = true,
                   .voids = true,
                   .several_bodies = true,
+                  .inner_light = true,
                   .live = true,
                   .reentry = true},
           .make = [] { return std::make_unique<EmbeddedModel>(); },

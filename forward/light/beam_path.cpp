@@ -24,6 +24,7 @@ BeamPath::BeamPath(const Walls& walls, const Beam& beam) : enters_(beam.triangle
     const auto hit = walls.ahead(beam.position, beam.direction);
     if (hit && hit->triangle == beam.triangle) {
       transmitted_ = 1.0;
+      from_inside_ = true;
       add_chord(walls, beam.position, beam.direction, *hit);
       return;
     }

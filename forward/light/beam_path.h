@@ -27,6 +27,7 @@ class BeamPath {
   BeamPath(const Walls& walls, const Beam& beam);
 
   double transmitted() const { return transmitted_; }  ///< share of the beam's power that enters
+  bool from_inside() const { return from_inside_; }    ///< it begins inside
   int enters() const { return enters_; }  ///< the wall there; of a beam that begins inside, ahead
   /// The part number `k`, each asked for in turn; a path grows as far as it is asked for. None:
   /// everything has left, or it slipped out along an edge of the mesh.
@@ -39,6 +40,7 @@ class BeamPath {
                  const RayHit& hit);
 
   int enters_;
+  bool from_inside_ = false;
   double transmitted_;
   std::vector<Chord> chords_;
 };

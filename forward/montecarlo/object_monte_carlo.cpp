@@ -310,6 +310,7 @@ ModelDescription monte_carlo_model() {
           .can = {.heterogeneous = true,
                   .voids = true,
                   .several_bodies = true,
+                  .inner_light = true,
                   .reentry = true,
                   .transport = true},
           .make = [] { return std::make_unique<ObjectMonteCarlo>(); },

@@ -39,8 +39,8 @@ void add_to(OfChannels& sum, const OfChannels& more) {
 /// Cells along a chord.
 class BeamWalks::Cells {
  public:
-  Cells(const Polygrid& grid, int first_cell, CellRay& ray)
-      : grid_(grid), first_cell_(first_cell), ray_(ray) {}
+  Cells(const Polygrid& grid, int first_cell, bool from_inside, CellRay& ray)
+      : grid_(grid), first_cell_(first_cell), from_inside_(from_inside), ray_(ray) {}
 
   void start(const Chord& chord) {
     from_ = chord.from;
@@ -49,6 +49,7 @@ class BeamWalks::Cells {
     // A chord that is not the first begins where the last one ended.
     const CellPoint near =
         first_cell_ >= 0 ? CellPoint{first_cell_, Vector3d::Constant(0.5)} : ray_.at;
+    if (first_cell_ >= 0 && from_inside_) return start_inside(chord, near);
     first_cell_ = -1;
     ray_ = ray_at(grid_, near, from_, direction_);
   }
@@ -88,12 +89,27 @@ class BeamWalks::Cells {
   }
 
  private:
+  /// The cell that a chord begins in, away from the surface, is found from its end back.
+  void start_inside(const Chord& chord, const CellPoint& end) {
+    first_cell_ = -1;
+    from_ = chord.from + chord.length * chord.direction;
+    direction_ = -chord.direction;
+    ray_ = ray_at(grid_, end, from_, direction_);
+    double most = chord.length;
+    while (step(most).length < most) most = chord.length - walked_;
+    const CellPoint begin = ray_.at;
+    from_ = chord.from;
+    direction_ = chord.direction;
+    walked_ = 0.0;
+    ray_ = ray_at(grid_, begin, from_, direction_);
+  }
   static Vector3d within(const Vector3d& local) {
     return local.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones());
   }
 
   const Polygrid& grid_;
   int first_cell_;  ///< −1: the path has begun
+  bool from_inside_;
   CellRay& ray_;
   Vector3d from_ = Vector3d::Zero(), direction_ = Vector3d::Zero();  ///< of the chord [mm]
   double walked_ = 0.0;                                              ///< of it [mm]
@@ -206,12 +222,9 @@ std::vector<const Beam*> BeamWalks::join(std::span<const ChannelBeams> channels)
 }
 
 void BeamWalks::enter(const Walls& walls, const Beam& beam, Walk& walk) const {
-  if (begins_inside(beam, walls.normal(beam.triangle))) {
-    throw InputError(
-        "model polygrid follows light from outside only; take embedded, montecarlo or auto where a "
-        "light is inside an object");
-  }
+  if (keep_ && walk.path && same_path(walk.beam, beam)) return;
   walk.path.emplace(walls, beam);
+  walk.beam = beam;
   walk.place = {};
   walk.steps.clear();
 }
@@ -220,7 +233,8 @@ void BeamWalks::follow(const Walls& walls, Walk& walk, double remainder, double 
                        Left& left) const {
   const int side = map_.side_of(static_cast<std::size_t>(walk.path->enters()));
   const bool begun = walk.place.chords > 0;
-  Cells cells(grid_, begun ? -1 : grid_.boundary_cell[static_cast<std::size_t>(side)], walk.ray);
+  Cells cells(grid_, begun ? -1 : grid_.boundary_cell[static_cast<std::size_t>(side)],
+              walk.path->from_inside(), walk.ray);
   if (walk.place.on_chord)
     cells.resume(*walk.path->chord(walk.place.chords - 1, walls), walk.place);
   BeamLight light = entering(*walk.path, walk.power, remainder);

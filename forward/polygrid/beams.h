@@ -29,13 +29,13 @@ class BeamWalks {
   enum class Steps { forgotten, kept };
 
   /// Keeps references. Where steps are kept, beams that come again, as when a
-  /// medium is edited, are neither refracted nor walked again.
+  /// medium is edited or another light turns, are neither refracted nor walked again.
   BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps);
 
   /// Adds ∫ S N dV of a light's beams to the channels' loads. When no more than `remainder` of a
   /// beam is left, the rest collides there. `problem` gives mesh, surface, rays and eta, which stay
-  /// the same, as does `remainder`. Throws InputError where a beam meets the surface from inside.
-  /// What leaves is listed only where steps are forgotten.
+  /// the same, as does `remainder`. Throws InputError where a beam that begins outside meets the
+  /// surface from inside. What leaves is listed only where steps are forgotten.
   void add(const ObjectProblem& problem, std::span<const ChannelBeams> channels, double remainder);
 
   /// What beams leave.
@@ -49,6 +49,7 @@ class BeamWalks {
  private:
   /// One path for all channels that have it.
   struct Walk {
+    Beam beam;           ///< that the path is of
     OfChannels power{};  ///< before Fresnel reflection [mm²]
     std::optional<BeamPath> path;
     PathPlace place;
@@ -67,7 +68,7 @@ class BeamWalks {
   void enter(const Walls& walls, const Beam& beam, Walk& walk) const;
   /// Adds what a beam leaves, times `sign`.
   void follow(const Walls& walls, Walk& walk, double remainder, double sign, Left& left) const;
-  /// Where `entering` are given they are entered first, [walk].
+  /// Where `entering` are given they are entered first, [walk], unless the walk is of that path.
   void march_all(const Walls& walls, std::span<const Beam* const> entering, double remainder);
 
   const Polygrid& grid_;

@@ -76,7 +76,7 @@ ModelDescription polygrid_model() {
           .limits =
               "Needs a polycube, which thin parts and several surfaces do not have; diffusion "
               "errs as with embedded.",
-          .can = {.heterogeneous = true, .live = true, .reentry = true},
+          .can = {.heterogeneous = true, .inner_light = true, .live = true, .reentry = true},
           .make = [] { return std::make_unique<PolygridModel>(); },
           .errs_by = &measured("embedded").error};
 }

@@ -16,6 +16,7 @@
 #include "core/grid.h"
 #include "core/names.h"
 #include "render/deform/deformation.h"
+#include "render/edit/light_change.h"
 #include "render/hair/fur.h"
 
 namespace kappamu::render {
@@ -158,6 +159,7 @@ struct Recipe {
   std::vector<Edit> edits;  ///< in the order in which they are done
   /// Edge of the voxels that a homogeneous object is made of [mm]; none: by itself.
   std::optional<double> voxel_mm;
+  LightChanges lights{};  ///< of the scene whose object is edited
 };
 
 /// κ and μ are held within these bounds, whatever an edit asks for: positive, finite as floats, and

@@ -74,14 +74,31 @@ std::size_t EditHistory::take_back(std::vector<Step>& from) {
 }
 
 void EditHistory::refine_for(const Edit& edit) {
-  if (!refined_ || edit.uniform()) return;
-  Refined refined = refined_();
-  refined_ = nullptr;
-  const std::vector<Step> done = std::exchange(steps_, {});
+  if (!homogeneous() || edit.uniform()) return;
+  Refined refined = refine_();
+  refined_ = true;
+  begin_with(std::move(refined.volume), refined.body);
+}
+
+void EditHistory::coarsen() {
+  const auto is_uniform = [](const Step& step) { return step.edit->off || step.edit->uniform(); };
+  if (!refined_ || !std::all_of(steps_.begin(), steps_.end(), is_uniform) ||
+      !std::all_of(trial_.begin(), trial_.end(), is_uniform)) {
+    return;
+  }
+  refined_ = false;
+  begin_with(voxel_, nullptr);
+}
+
+/// Does all edits so far to another volume of the same object.
+void EditHistory::begin_with(io::VolumeSet volume, const EditedBody* body) {
+  const std::vector<Step> done = std::exchange(steps_, {}), tried = std::exchange(trial_, {});
   const std::optional<double> eta = volume_.eta;
-  volume_ = std::move(refined.volume);
-  body_ = refined.body;
+  volume_ = std::move(volume);
+  body_ = body;
+  ++revision_;
   for (const Step& step : done) apply(step.edit, steps_);
+  for (const Step& step : tried) apply(step.edit, trial_);
   volume_.eta = eta;
 }
 
@@ -90,6 +107,7 @@ std::size_t EditHistory::follow(const EditList& list) {
   while (same < list.size() && same < steps_.size() && list[same] == steps_[same].edit) ++same;
   while (steps_.size() > same) changed += take_back(steps_);
   for (std::size_t i = same; i < list.size(); ++i) changed += apply(list[i], steps_);
+  coarsen();
   return changed;
 }
 
@@ -97,6 +115,7 @@ std::size_t EditHistory::try_edit(const std::optional<Edit>& edit) {
   std::size_t changed = 0;
   if (!trial_.empty()) changed = take_back(trial_);
   if (edit) changed = std::max(changed, apply(std::make_shared<const Edit>(*edit), trial_));
+  coarsen();
   return changed;
 }
 

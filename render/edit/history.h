@@ -40,21 +40,21 @@ class EditHistory {
   explicit EditHistory(io::VolumeSet volume, const EditedBody* body = nullptr,
                        EditedShapes* shapes = nullptr)
       : volume_(std::move(volume)), body_(body), shapes_(shapes) {}
-  /// Of a volume of one voxel, a homogeneous object, which `refined` makes the volume and the body
-  /// of once a part of it is edited.
+  /// Of a volume of one voxel, a homogeneous object, which `refine` makes the volume and the body
+  /// of while a part of it is edited.
   struct Refined {
     io::VolumeSet volume;
     const EditedBody* body;
   };
-  EditHistory(io::VolumeSet voxel, std::function<Refined()> refined, EditedShapes* shapes)
-      : volume_(std::move(voxel)), shapes_(shapes), refined_(std::move(refined)) {}
+  EditHistory(io::VolumeSet voxel, std::function<Refined()> refine, EditedShapes* shapes)
+      : volume_(voxel), shapes_(shapes), voxel_(std::move(voxel)), refine_(std::move(refine)) {}
 
   /// With all edits of the list done that are not off, and the one on trial.
   const io::VolumeSet& volume() const { return volume_; }
   /// Another number whenever the volume may have changed.
   std::size_t revision() const { return revision_; }
-  /// Whether no part of a homogeneous object was edited.
-  bool homogeneous() const { return refined_ != nullptr; }
+  /// Whether no part of a homogeneous object is edited.
+  bool homogeneous() const { return refine_ && !refined_; }
   /// What the edits make of the surface; none: they leave it.
   std::optional<double> eta() const { return surface(&Edit::eta); }
   std::optional<double> roughness() const { return surface(&Edit::roughness); }
@@ -96,8 +96,11 @@ class EditHistory {
   std::size_t put(const VoxelDifference& difference, VoxelValue VoxelDifference::Change::*side);
   std::size_t apply(const std::shared_ptr<const Edit>& edit, std::vector<Step>& to);
   std::size_t take_back(std::vector<Step>& from);
-  /// Makes the volume of one voxel one of many where `edit` needs it.
+  /// Makes the volume of one voxel one of many where `edit` needs it, and one voxel again where no
+  /// edit does.
   void refine_for(const Edit& edit);
+  void coarsen();
+  void begin_with(io::VolumeSet volume, const EditedBody* body);
   const EditedBody* body_for(const Edit& edit) const;
   std::size_t follow(const EditList& list);
   /// The same; where it throws, the list is as before.
@@ -107,7 +110,9 @@ class EditHistory {
   io::VolumeSet volume_;
   const EditedBody* body_ = nullptr;
   EditedShapes* shapes_ = nullptr;
-  std::function<Refined()> refined_;
+  io::VolumeSet voxel_;  ///< of a homogeneous object, unedited
+  std::function<Refined()> refine_;
+  bool refined_ = false;
   std::vector<Step> steps_;  ///< of the list, in its order
   std::vector<Step> trial_;  ///< none or one
   std::vector<EditList> states_{EditList{}};

@@ -268,6 +268,31 @@ Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   return edit;
 }
 
+Vector3d brightness_of(const Node& node) {
+  constexpr double largest_light = 1e6;
+  const std::vector<Node> rgb = node.exactly(3);
+  return {rgb[0].number_between(0.0, largest_light), rgb[1].number_between(0.0, largest_light),
+          rgb[2].number_between(0.0, largest_light)};
+}
+
+LightChange light_change_of(const Node& node) {
+  constexpr int most_lights = 10'000;
+  node.expect_fields({"light"}, {"position_mm", "direction", "turn_deg", "irradiance", "radiance"});
+  LightChange change;
+  const int number = node["light"].integer();
+  if (number < 1 || number > most_lights) {
+    node["light"].fail("is " + std::to_string(number) + "; count the scene's lights from 1");
+  }
+  change.light = static_cast<std::size_t>(number - 1);
+  if (node.has("position_mm")) change.position_mm = vector_of(node["position_mm"]);
+  if (node.has("direction")) change.direction = direction_of(node["direction"]);
+  if (node.has("turn_deg")) change.turn_deg = node["turn_deg"].number_between(-360.0, 360.0);
+  if (node.has("irradiance")) change.irradiance = brightness_of(node["irradiance"]);
+  if (node.has("radiance")) change.radiance = brightness_of(node["radiance"]);
+  if (change.empty()) node.fail("changes nothing; write 'position_mm' or another of its fields");
+  return change;
+}
+
 }  // namespace
 
 bool Edit::of_object() const {
@@ -297,12 +322,16 @@ std::vector<std::filesystem::path> files_of(const Recipe& recipe) {
 Recipe read_recipe(const std::filesystem::path& file) {
   const io::JsonDocument document(file, "docs/formats.md", io::JsonComments::allowed);
   const Node root = document.root();
-  root.expect_fields({"format", "version", "edits"}, {"voxel_mm"});
+  root.expect_fields({"format", "version", "edits"}, {"voxel_mm", "lights"});
   root.expect_format("kappamu-edit");
   Recipe recipe;
   if (root.has("voxel_mm")) recipe.voxel_mm = length_of(root["voxel_mm"]);
   for (const Node& node : root["edits"].items(0)) {
     recipe.edits.push_back(edit_of(node, file.parent_path()));
+  }
+  if (!root.has("lights")) return recipe;
+  for (const Node& node : root["lights"].items(0)) {
+    recipe.lights.push_back(light_change_of(node));
   }
   return recipe;
 }

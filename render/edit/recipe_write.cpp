@@ -116,12 +116,30 @@ ordered_json edit_json(const Edit& edit, const std::filesystem::path& folder) {
   return json;
 }
 
+ordered_json fields_of(const LightChange& change) {
+  ordered_json json = nlohmann::ordered_json::object();
+  const auto put = [&](const char* field, const std::optional<Vector3d>& value) {
+    if (value) json[field] = {value->x(), value->y(), value->z()};
+  };
+  put("position_mm", change.position_mm);
+  put("direction", change.direction);
+  if (change.turn_deg) json["turn_deg"] = *change.turn_deg;
+  put("irradiance", change.irradiance);
+  put("radiance", change.radiance);
+  return json;
+}
+
 std::string recipe_json(const Recipe& recipe, const std::filesystem::path& folder) {
   ordered_json edits = ordered_json::array();
   for (const Edit& edit : recipe.edits) edits.push_back(edit_json(edit, folder));
   ordered_json json{{"format", "kappamu-edit"}, {"version", 1}};
   if (recipe.voxel_mm) json["voxel_mm"] = *recipe.voxel_mm;
   json["edits"] = std::move(edits);
+  for (const LightChange& change : recipe.lights) {
+    ordered_json light{{"light", change.light + 1}};
+    light.update(fields_of(change));
+    json["lights"].push_back(std::move(light));
+  }
   return json.dump(2) + "\n";
 }
 

@@ -7,7 +7,6 @@
 #include "core/optics.h"
 #include "core/parallel.h"
 #include "core/random.h"
-#include "render/light/beam_places.h"
 #include "render/light/inner_light.h"
 #include "render/light/sampling.h"
 #include "render/light/sky_beams.h"
@@ -22,6 +21,8 @@ constexpr std::size_t triangles_per_update = 16'384, places_per_update = 131'072
 constexpr std::size_t triangles_per_piece = 512;
 /// Pairs of directions from a triangle; a preview does with fewer.
 constexpr double least_pairs = 8.0, least_pairs_of_preview = 2.0, most_pairs = 512.0;
+/// Directions of lamps from a place.
+constexpr double least_draws = 16.0, least_draws_of_preview = 4.0, most_draws = most_draws_of_sky;
 /// Of places: their distance over the shortest mean free path, and over the object at least; that
 /// of places which small triangles share, over it.
 constexpr double of_free_path = 0.35, of_size = 1.0 / 256.0, shared = 1.0 / 3.0;
@@ -142,49 +143,75 @@ void in_steps(std::size_t size, std::size_t step, Progress& progress, const Work
 
 }  // namespace
 
-IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
-                             const Environment* environment, std::uint64_t seed, Progress& progress,
-                             double rays) {
+std::vector<BeamPlace> incident_places(const WorldObject& object) {
+  return beam_places(object, spacing_on(object));
+}
+
+DiffuseLight diffuse_light(const World& world, std::size_t object, const Environment& environment,
+                           std::uint64_t seed, Progress& progress, double rays) {
   const WorldObject& lit = world.objects()[object];
   const std::size_t triangles = lit.surface.size();
-  IncidentLight light;
-  if (environment) {
-    std::vector<Colour> arriving(triangles);
-    const Surroundings surroundings(world, object, *environment, seed, rays);
-    for (forward::ObjectLight& channel : light.channels) channel.diffuse.assign(triangles, 0.0);
-    in_steps(triangles, triangles_per_update, progress, [&](std::size_t first, std::size_t last) {
-      for_pieces(
-          last - first, triangles_per_piece, [&](std::size_t, std::size_t begin, std::size_t end) {
-            for (std::size_t t = first + begin; t < first + end; ++t) {
-              const Received received = surroundings.received(t);
-              arriving[t] = received.arriving;
-              for (std::size_t c = 0; c < 3; ++c) {
-                light.channels[c].diffuse[t] = received.as_even[static_cast<Eigen::Index>(c)];
-              }
-            }
-          });
-    });
-    for (std::size_t t = 0; t < triangles; ++t) light.power += arriving[t] * lit.surface.area[t];
-  }
+  std::vector<Colour> arriving(triangles);
+  const Surroundings surroundings(world, object, environment, seed, rays);
+  DiffuseLight light;
+  for (std::vector<double>& channel : light.irradiance) channel.assign(triangles, 0.0);
+  in_steps(triangles, triangles_per_update, progress, [&](std::size_t first, std::size_t last) {
+    for_pieces(last - first, triangles_per_piece,
+               [&](std::size_t, std::size_t begin, std::size_t end) {
+                 for (std::size_t t = first + begin; t < first + end; ++t) {
+                   const Received received = surroundings.received(t);
+                   arriving[t] = received.arriving;
+                   for (std::size_t c = 0; c < 3; ++c) {
+                     light.irradiance[c][t] = received.as_even[static_cast<Eigen::Index>(c)];
+                   }
+                 }
+               });
+  });
+  for (std::size_t t = 0; t < triangles; ++t) light.power += arriving[t] * lit.surface.area[t];
+  return light;
+}
+
+BeamsOfChannels beams_of_lights(const World& world, std::size_t object, const LightSources& sources,
+                                const Environment* environment, std::span<const BeamPlace> places,
+                                std::uint64_t seed, Progress& progress, double rays) {
+  BeamsOfChannels beams;
   const bool sky = environment != nullptr && environment->has_beams();
-  if (!sources.empty() || sky) {
-    const std::vector<BeamPlace> places = beam_places(lit, spacing_on(lit));
-    const double draws = rays / static_cast<double>(std::max<std::size_t>(1, places.size()));
-    const auto add = [&](const std::array<forward::ObjectLight, 3>& some) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        std::vector<forward::Beam>& beams = light.channels[c].beams;
-        beams.insert(beams.end(), some[c].beams.begin(), some[c].beams.end());
-      }
-    };
-    in_steps(places.size(), places_per_update, progress, [&](std::size_t begin, std::size_t end) {
-      const auto here = std::span(places).subspan(begin, end - begin);
-      if (!sources.empty()) add(beams_at(world, object, sources, here));
-      if (sky) add(sky_beams_at(world, object, *environment, here, draws, key_of({seed, begin})));
-    });
+  if (sources.empty() && !sky) return beams;
+  const double least = rays < environment_rays ? least_draws_of_preview : least_draws;
+  const auto draws = static_cast<std::uint32_t>(std::clamp(
+      rays / static_cast<double>(std::max<std::size_t>(1, places.size())), least, most_draws));
+  const auto add = [&](const std::array<forward::ObjectLight, 3>& some) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      beams[c].insert(beams[c].end(), some[c].beams.begin(), some[c].beams.end());
+    }
+  };
+  in_steps(places.size(), places_per_update, progress, [&](std::size_t begin, std::size_t end) {
+    const auto here = places.subspan(begin, end - begin);
+    if (!sources.empty()) add(beams_at(world, object, sources, here));
+    if (sky) add(sky_beams_at(world, object, *environment, here, draws, key_of({seed, begin})));
+  });
+  return beams;
+}
+
+IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
+                             const Environment* environment, std::uint64_t seed,
+                             Progress& progress) {
+  IncidentLight light;
+  if (environment != nullptr) {
+    DiffuseLight diffuse =
+        diffuse_light(world, object, *environment, seed, progress, environment_rays);
+    light.power = diffuse.power;
+    for (std::size_t c = 0; c < 3; ++c) {
+      light.channels[c].diffuse = std::move(diffuse.irradiance[c]);
+    }
   }
-  const auto inner = inner_beams(world, object, seed);
+  const std::vector<BeamPlace> places = incident_places(world.objects()[object]);
+  BeamsOfChannels outer = beams_of_lights(world, object, sources, environment, places, seed,
+                                          progress, environment_rays);
+  const BeamsOfChannels inner = inner_beams(world, object, seed);
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<forward::Beam>& beams = light.channels[c].beams;
+    beams = std::move(outer[c]);
     beams.insert(beams.end(), inner[c].begin(), inner[c].end());
     for (const forward::Beam& beam : beams) {
       light.power[static_cast<Eigen::Index>(c)] += beam.power;

@@ -1,6 +1,5 @@
 #include "render/light/sky_beams.h"
 
-#include <algorithm>
 #include <limits>
 
 #include "core/parallel.h"
@@ -12,7 +11,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double least_draws = 16.0, most_draws = 64.0;
 constexpr std::size_t places_of_sky_per_piece = 256;
 
 struct Drawn {
@@ -25,7 +23,7 @@ void add_sky_beams(const World& world, const WorldObject& object, const Environm
                    std::array<forward::ObjectLight, 3>& out) {
   const Vector3d point = object.world_from_object * place.position;
   const Vector3d& normal = object.surface.normal[static_cast<std::size_t>(place.triangle)];
-  std::array<Drawn, static_cast<std::size_t>(most_draws)> arriving;
+  std::array<Drawn, most_draws_of_sky> arriving;
   std::size_t count = 0;
   Colour power = Colour::Zero();
   double sum = 0.0;
@@ -59,15 +57,14 @@ void add_sky_beams(const World& world, const WorldObject& object, const Environm
 
 std::array<forward::ObjectLight, 3> sky_beams_at(const World& world, std::size_t object,
                                                  const Environment& environment,
-                                                 std::span<const BeamPlace> places, double draws,
-                                                 std::uint64_t seed) {
-  const auto count = static_cast<std::uint32_t>(std::clamp(draws, least_draws, most_draws));
+                                                 std::span<const BeamPlace> places,
+                                                 std::uint32_t draws, std::uint64_t seed) {
   std::vector<std::array<forward::ObjectLight, 3>> some(
       pieces(places.size(), places_of_sky_per_piece));
   for_pieces(places.size(), places_of_sky_per_piece,
              [&](std::size_t piece, std::size_t begin, std::size_t end) {
                for (std::size_t i = begin; i < end; ++i) {
-                 add_sky_beams(world, world.objects()[object], environment, places[i], count,
+                 add_sky_beams(world, world.objects()[object], environment, places[i], draws,
                                key_of({seed, object, i}), some[piece]);
                }
              });

@@ -60,7 +60,10 @@ Light turned_to(Light light, const Vector3d& centre, const LightAngles& angles) 
 }
 
 Vector3d towards(const Light& light, const Vector3d& centre) {
-  if (const PointLight* point = point_of(light)) return (point->position_mm - centre).normalized();
+  if (const PointLight* point = point_of(light)) {
+    const Vector3d arm = point->position_mm - centre;
+    return arm.norm() > 0.0 ? Vector3d(arm.normalized()) : Vector3d::UnitY();
+  }
   if (const auto* directional = std::get_if<DirectionalLight>(&light)) {
     return -directional->direction.normalized();
   }

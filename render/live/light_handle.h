@@ -26,8 +26,8 @@ LightAngles angles_of(const Light& light, const Eigen::Vector3d& centre);
 /// The light carried round `centre` to these angles, at its distance. What it aims at stays.
 Light turned_to(Light light, const Eigen::Vector3d& centre, const LightAngles& angles);
 
-/// Unit vector from `centre` to the light; of an environment, the direction about y that its turn
-/// carries +z to.
+/// Unit vector from `centre` to the light, upwards of one that stands there; of an environment, the
+/// direction about y that its turn carries +z to.
 Eigen::Vector3d towards(const Light& light, const Eigen::Vector3d& centre);
 /// The light turned so that it lies that way; an environment turns about y alone.
 Light turned_towards(Light light, const Eigen::Vector3d& centre, const Eigen::Vector3d& direction);

@@ -106,6 +106,10 @@ std::vector<float> LitCorners::light(const LiveAnswer& answer) const {
           entering = transmitted * Colour(of.diffuse[0][t], of.diffuse[1][t], of.diffuse[2][t]);
         }
         triangles[t].segment<3>(0) = (exitance - entering - once.exitance(t)).cast<float>();
+        // What a body emits leaves as what enters diffusely does, refracted alone.
+        if (!surface.glow.empty()) {
+          entering += std::numbers::pi * (1.0 - boundary.r_phi) * surface.glow[t];
+        }
         triangles[t].segment<3>(3) = entering.cast<float>();
         triangles[t].segment<3>(6) = (*surface.albedo)[t].cast<float>();
         for (std::size_t s = 0; s < surface.arriving.size(); ++s) {

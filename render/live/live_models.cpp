@@ -28,11 +28,15 @@ bool all_homogeneous(const World& world) {
 }
 
 std::vector<std::string> live_models(const World& world) {
-  const bool homogeneous = all_homogeneous(world), blocks = all_blocks(world);
+  const bool homogeneous = all_homogeneous(world), blocks = all_blocks(world),
+             inside = world.lit_inside();
   std::vector<std::string> models, general;
   for (const forward::ModelDescription& model : forward::object_models()) {
     const auto& can = model.can;
-    if (!can.live || !(can.heterogeneous || homogeneous) || !(can.any_shape || blocks)) continue;
+    if (!can.live || !(can.heterogeneous || homogeneous) || !(can.any_shape || blocks) ||
+        !(can.inner_light || !inside)) {
+      continue;
+    }
     (can.heterogeneous && can.any_shape ? general : models).push_back(model.name);
   }
   models.insert(models.end(), general.begin(), general.end());

@@ -10,8 +10,9 @@ namespace kappamu::render {
 
 bool all_homogeneous(const World& world);
 
-/// Those with the ability `live` that can answer for these objects: first those for boxes or
-/// homogeneous objects alone, which are faster, then the others, each in the registry's order.
+/// Those with the ability `live` that can answer for these objects and where their light begins:
+/// first those for boxes or homogeneous objects alone, which are faster, then the others, each in
+/// the registry's order.
 std::vector<std::string> live_models(const World& world);
 
 }  // namespace kappamu::render

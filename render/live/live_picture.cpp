@@ -2,13 +2,12 @@
 
 namespace kappamu::render {
 
-std::optional<Picture> LivePicture::next(const World& world, const std::vector<Light>& lights,
-                                         const Environment* environment,
+std::optional<Picture> LivePicture::next(const World& world, const Environment* environment,
                                          const std::vector<ObjectExitance>& exitance,
                                          const PictureView& view, std::uint64_t seed,
                                          Progress& progress) {
   if (!shading_) {
-    sources_ = make_light_sources(lights);
+    sources_ = make_light_sources(world.outer_lights());
     shading_ =
         std::make_unique<Shading>(world, sources_, environment, exitance, std::nullopt, &progress);
   }

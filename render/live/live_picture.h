@@ -23,8 +23,7 @@ class LivePicture {
  public:
   /// The next picture of the same light, with twice the rays of the one before; none: it has
   /// `view.samples` a pixel. What it refers to stays where it is until reset().
-  std::optional<Picture> next(const World& world, const std::vector<Light>& lights,
-                              const Environment* environment,
+  std::optional<Picture> next(const World& world, const Environment* environment,
                               const std::vector<ObjectExitance>& exitance, const PictureView& view,
                               std::uint64_t seed, Progress& progress);
   /// Lights, shapes or media are others.

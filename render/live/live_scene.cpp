@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/processor_time.h"
 #include "forward/registry.h"
 #include "render/light/beam_places.h"
 #include "render/light/incident_light.h"
+#include "render/light/inner_light.h"
 #include "render/live/object_solver.h"
 
 namespace kappamu::render {
@@ -16,13 +18,6 @@ namespace {
 
 /// Of the environment's light in the first answer.
 constexpr double preview_rays = 0.05 * environment_rays;
-
-std::optional<EnvironmentLight> environment_of(const std::vector<Light>& lights) {
-  for (const Light& light : lights) {
-    if (const auto* environment = std::get_if<EnvironmentLight>(&light)) return *environment;
-  }
-  return std::nullopt;
-}
 
 /// Whether models see the same, though it was made twice.
 bool same(const ObjectMedia& a, const ObjectMedia& b) {
@@ -36,11 +31,6 @@ bool same(const ObjectMedia& a, const ObjectMedia& b) {
   return true;
 }
 
-bool same(const std::optional<EnvironmentLight>& a, const std::optional<EnvironmentLight>& b) {
-  if (!a || !b) return a.has_value() == b.has_value();
-  return a->image == b->image && (a->radiance == b->radiance).all() && a->turn_deg == b->turn_deg;
-}
-
 }  // namespace
 
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
@@ -50,19 +40,12 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
       chosen_(options.model),
-      diffuse_(world_.objects().size()),
+      sky_(world_.objects().size()),
       albedo_(world_.objects().size()),
+      homogeneous_(all_homogeneous(world_)),
+      lit_inside_(world_.lit_inside()),
       furry_(std::any_of(scene.objects.begin(), scene.objects.end(),
-                         [](const SceneObject& object) { return object.fur.has_value(); })) {
-  const bool glows =
-      std::any_of(world_.objects().begin(), world_.objects().end(),
-                  [](const WorldObject& object) { return object.emission.maxCoeff() > 0.0; });
-  if (glows || !world_.inner_lights().empty()) {
-    throw InputError(scene.file.string() +
-                     ": the window shows no light that begins inside objects; move the light, or "
-                     "render a picture");
-  }
-}
+                         [](const SceneObject& object) { return object.fur.has_value(); })) {}
 
 LiveScene::~LiveScene() = default;
 
@@ -88,10 +71,21 @@ void LiveScene::take_media(const LiveQuestion& question) {
   refused_.clear();
   impossible_.clear();
   const bool homogeneous = all_homogeneous(solved());
+  // Where objects are homogeneous again, their models are tried as at the start.
+  if (!std::exchange(homogeneous_, homogeneous) && homogeneous) records_.clear();
   std::erase_if(solvers_, [&](const auto& one) {
     const bool answers = homogeneous || forward::object_model(one.first).can.heterogeneous;
     return refracts_otherwise || !answers;
   });
+}
+
+/// Which lights are inside objects depends on the shapes.
+void LiveScene::take_lights() {
+  solved().set_lights(lights_);
+  if (std::exchange(lit_inside_, solved().lit_inside()) == lit_inside_) return;
+  features_.clear();
+  refused_.clear();
+  impossible_.clear();
 }
 
 /// Why the model does not answer; empty: it does.
@@ -130,27 +124,38 @@ std::string LiveScene::take_shapes(const ShapeQuestion& shape) {
   if (shapes_.any_moves()) return refused;
   refused_.clear();
   impossible_.clear();
-  environment_rays_ = 0.0;
+  sky_.reset();
   return refused;
 }
 
 void LiveScene::light_environment(double rays, Progress& progress) {
-  const std::optional<EnvironmentLight> light = environment_of(lights_);
-  const bool as_before = same(light, environment_light_);
-  if (as_before && (environment_rays_ >= rays || !environment_)) return;
-  if (!as_before) {
-    environment_ = make_environment(lights_);
-    environment_light_ = light;
-    environment_rays_ = 0.0;
+  sky_.find(solved(), lights_, rays, options_.seed, progress);
+}
+
+/// What stays while a light turns comes first.
+std::vector<forward::LightOfChannels> LiveScene::light_objects(const Solvers& solvers, int level,
+                                                               const LightSources& sources,
+                                                               Progress& progress) {
+  const World& world = solved();
+  std::vector<forward::LightOfChannels> incident(world.objects().size());
+  for (std::size_t i = 0; i < incident.size(); ++i) {
+    const bool moves = shapes_.moves(i);
+    std::vector<BeamPlace> places = level == 0 ? solvers[i]->places() : std::vector<BeamPlace>();
+    if (places.empty()) {
+      places = moves ? middles_of(world.objects()[i]) : incident_places(world.objects()[i]);
+    }
+    const std::array<BeamsOfChannels, 3> beams{
+        sky_.lamps(world, i, places, moves, progress), inner_beams(world, i, options_.seed),
+        beams_of_lights(world, i, sources, nullptr, places, options_.seed, progress,
+                        environment_rays)};
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (const BeamsOfChannels& some : beams) {
+        incident[i][c].beams.insert(incident[i][c].beams.end(), some[c].begin(), some[c].end());
+      }
+      incident[i][c].diffuse = sky_.diffuse(i)[c];
+    }
   }
-  std::vector<std::array<std::vector<double>, 3>> diffuse(solved().objects().size());
-  for (std::size_t i = 0; environment_ && i < diffuse.size(); ++i) {
-    IncidentLight incident =
-        incident_light(solved(), i, {}, &*environment_, options_.seed, progress, rays);
-    for (std::size_t c = 0; c < 3; ++c) diffuse[i][c] = std::move(incident.channels[c].diffuse);
-  }
-  diffuse_ = std::move(diffuse);
-  environment_rays_ = rays;
+  return incident;
 }
 
 LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
@@ -160,18 +165,9 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
   answer.model = model;
   answer.level = level;
   const Stopwatch light_watch;
-  const LightSources sources = make_light_sources(lights_);
-  std::vector<forward::LightOfChannels> incident;
   const World& world = solved();
-  for (std::size_t i = 0; i < world.objects().size(); ++i) {
-    std::vector<BeamPlace> places = level == 0 ? solvers[i]->places() : std::vector<BeamPlace>();
-    if (places.empty() && shapes_.moves(i)) places = middles_of(world.objects()[i]);
-    incident.push_back(
-        places.empty()
-            ? incident_light(world, i, sources, nullptr, options_.seed, progress).channels
-            : beams_at(world, i, sources, places));
-    for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
-  }
+  const LightSources sources = make_light_sources(world.outer_lights());
+  std::vector<forward::LightOfChannels> incident = light_objects(solvers, level, sources, progress);
   answer.light_ms = light_watch.milliseconds();
   const Stopwatch model_watch;
   std::optional<double> stated;
@@ -183,7 +179,7 @@ LiveAnswer LiveScene::solve(const Step& step, Progress& progress) {
     answer.converged = answer.converged && solved.converged;
     answer.elements += solved.elements;
     answer.caught_up = answer.caught_up && !solvers[i]->is_behind();
-    answer.exitance.push_back({std::move(solved.exitance), diffuse_[i]});
+    answer.exitance.push_back({std::move(solved.exitance), sky_.diffuse(i)});
   }
   answer.model_ms = model_watch.milliseconds();
   describe_surfaces(sources, answer);
@@ -206,8 +202,8 @@ void LiveScene::describe_surfaces(const LightSources& sources, LiveAnswer& answe
     if (!albedo_[i]) {
       albedo_[i] = std::make_shared<const std::vector<Colour>>(albedo_below(object));
     }
-    answer.surface.push_back(
-        {object.boundary, object.roughness, albedo_[i], arriving_on(world, i, sources)});
+    answer.surface.push_back({object.boundary, object.roughness, albedo_[i],
+                              arriving_on(world, i, sources), glow_below(object)});
   }
   for (std::size_t s = 0; s < std::min(most_drawn_sources, sources.size()); ++s) {
     Eigen::Vector4d place = Eigen::Vector4d::UnitW();
@@ -230,8 +226,10 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   mode_ = "static";
   asked_shape_ = question.shape;
   if (!solved_ && shapes_.differ_from(question.shape)) part_worlds(progress);
+  take_lights();
   std::string refused = take_model(question.model, progress);
   const std::string shape_refused = take_shapes(question.shape);
+  take_lights();  // an object may have moved about a light, or from it
   const Step step = answering_step(progress, refused);
   const double shape_ms = shape_watch.milliseconds();
   light_environment(preview_rays, progress);
@@ -266,8 +264,8 @@ void LiveScene::state_errors(const Step& step, LiveAnswer& answer) {
 
 std::optional<Picture> LiveScene::traced(const PictureView& view, Progress& progress) {
   if (!answered_ || shapes_.any_moves() || furry_) return std::nullopt;
-  return picture_.next(solved(), lights_, environment_ ? &*environment_ : nullptr, last_->exitance,
-                       view, options_.seed, progress);
+  return picture_.next(solved(), sky_.environment(), last_->exitance, view, options_.seed,
+                       progress);
 }
 
 std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
@@ -281,7 +279,7 @@ std::optional<LiveAnswer> LiveScene::refined(Progress& progress) {
     last_->model_error = model_error(last_->model);
     return last_;
   }
-  const bool preview = environment_ && environment_rays_ < environment_rays;
+  const bool preview = sky_.is_preview();
   if (preview) light_environment(environment_rays, progress);
   while (const std::optional<Step> next = next_step(progress)) {
     try {

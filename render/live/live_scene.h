@@ -19,6 +19,7 @@
 #include "render/live/live_models.h"
 #include "render/live/live_picture.h"
 #include "render/live/live_shapes.h"
+#include "render/live/sky_light.h"
 #include "render/scene/scene.h"
 #include "render/scene/world.h"
 
@@ -51,7 +52,8 @@ class LiveScene {
   /// As exactly as keeps up with lights that move: by the model and level of the least error that
   /// answer within a tenth of a second, or the fastest; while shapes move, by the first model that
   /// keeps what it can. Media stay until others are asked for. Throws InputError for the first
-  /// model where it does not answer for these objects. A light inside an object lights nothing.
+  /// model where it does not answer for these objects. A spot or a
+  /// projector inside an object lights nothing.
   LiveAnswer answer(const LiveQuestion& question, Progress& progress);
   /// A better answer to the last question, or the same one with more known of its error; none: it
   /// is within the tolerance, nothing comes nearer, or shapes move.
@@ -80,6 +82,7 @@ class LiveScene {
   /// Of the shapes as they are. None where the model refuses the objects; `refused_` has the
   /// reason.
   const Solvers* solvers_of(const std::string& model, Progress& progress);
+  void expect_able(const std::string& model) const;
   Solvers make_solvers(const std::string& model, Progress& progress) const;
   static bool keep(const Solvers& solvers);
   Step first_step(Progress& progress);
@@ -89,10 +92,14 @@ class LiveScene {
   Step answering_step(Progress& progress, std::string& refused);
 
   void take_media(const LiveQuestion& question);
+  void take_lights();
   std::string take_model(const std::string& model, Progress& progress);
   std::string take_shapes(const ShapeQuestion& shape);
   void part_worlds(Progress& progress);
   void light_environment(double rays, Progress& progress);
+  std::vector<forward::LightOfChannels> light_objects(const Solvers& solvers, int level,
+                                                      const LightSources& sources,
+                                                      Progress& progress);
   LiveAnswer solve(const Step& step, Progress& progress);
   void state_errors(const Step& step, LiveAnswer& answer);
   std::optional<double> model_error(const std::string& model) const;
@@ -112,11 +119,7 @@ class LiveScene {
   std::set<Step> impossible_;  ///< that these objects do not have
 
   std::vector<Light> lights_;
-  std::optional<EnvironmentLight> environment_light_;
-  std::optional<Environment> environment_;
-  double environment_rays_ = 0.0;  ///< that `diffuse_` was found by
-  /// Irradiance of the environment on each object's triangles, R, G, B; empty: none.
-  std::vector<std::array<std::vector<double>, 3>> diffuse_;
+  SkyLight sky_;
 
   std::vector<forward::LightOfChannels> incident_;  ///< of the last answer
   std::vector<std::vector<forward::ObjectFeatures>> features_;
@@ -125,6 +128,8 @@ class LiveScene {
   /// As SurfaceLight has it, of each object; empty: not known of its medium and shape.
   std::vector<std::shared_ptr<const std::vector<Colour>>> albedo_;
   LivePicture picture_;
+  bool homogeneous_ = true;  ///< all objects
+  bool lit_inside_ = false;  ///< light begins inside objects
   bool furry_ = false;
 };
 

@@ -28,11 +28,21 @@ std::vector<std::string> LiveScene::candidates() const {
   return models;
 }
 
-LiveScene::Solvers LiveScene::make_solvers(const std::string& model, Progress& progress) const {
-  if (!forward::object_model(model).can.heterogeneous && !all_homogeneous(solved())) {
+/// Throws InputError where the model does not answer for the objects' media and light.
+void LiveScene::expect_able(const std::string& model) const {
+  const forward::Abilities& can = forward::object_model(model).can;
+  if (!can.heterogeneous && !all_homogeneous(solved())) {
     throw InputError("model " + model +
                      " answers for homogeneous objects alone; use the model embedded");
   }
+  if (!can.inner_light && solved().lit_inside()) {
+    throw InputError("model " + model +
+                     " takes light from outside alone; move the light out of the object, or use "
+                     "the model embedded");
+  }
+}
+
+LiveScene::Solvers LiveScene::make_solvers(const std::string& model, Progress& progress) const {
   forward::ObjectOptions options;
   options.device = options_.device;
   options.seed = options_.seed;
@@ -48,6 +58,7 @@ LiveScene::Solvers LiveScene::make_solvers(const std::string& model, Progress& p
 
 const LiveScene::Solvers* LiveScene::solvers_of(const std::string& model, Progress& progress) {
   try {
+    expect_able(model);
     const auto made = solvers_.find(model);
     if (made == solvers_.end()) return &(solvers_[model] = make_solvers(model, progress));
     for (const auto& solver : made->second) {

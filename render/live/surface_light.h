@@ -22,10 +22,16 @@ struct SurfaceLight {
   /// Irradiance on a surface that faces the source, in the middle of each triangle; 0 in shadow and
   /// where the source is behind the surface: [source][triangle].
   std::vector<std::vector<Eigen::Array3f>> arriving;
+  /// Radiance inside, of each triangle, of what the object emits and is not scattered on its way;
+  /// empty: it does not glow.
+  std::vector<Colour> glow{};
 };
 
 /// σs'/σt' = 1 − 3κμ in the middle of each triangle, a hundredth of a mean free path below it.
 std::vector<Colour> albedo_below(const WorldObject& object);
+
+/// As SurfaceLight has it: ε/(4πσt') of a deep layer.
+std::vector<Colour> glow_below(const WorldObject& object);
 
 /// Of the first most_drawn_sources.
 std::vector<std::vector<Eigen::Array3f>> arriving_on(const World& world, std::size_t object,

@@ -114,6 +114,7 @@ void EditedObject::do_scenes_edits(const TriangleMesh& mesh, const RayCaster& ra
 Recipe EditedObject::recipe() const {
   Recipe recipe = history_->recipe();
   recipe.voxel_mm = voxel_mm_;
+  recipe.lights = lights_;
   return recipe;
 }
 
@@ -134,8 +135,10 @@ double EditedObject::roughness() const {
 
 const ObjectMedia& EditedObject::media() const {
   if (!media_ || media_->first != history_->revision()) {
-    ObjectMedia media = history_->homogeneous() ? media_of(history_->volume(), placing_.source)
-                                                : media_of(history_->volume(), placing_);
+    ObjectMedia media =
+        history_->homogeneous()
+            ? media_of(history_->volume(), std::get<HomogeneousMaterial>(object_.material).source)
+            : media_of(history_->volume(), placing_);
     media.roughness = roughness();
     media_.emplace(history_->revision(), std::move(media));
   }

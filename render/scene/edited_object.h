@@ -33,8 +33,10 @@ class EditedObject : public EditedShapes {
   const EditHistory& history() const { return *history_; }
   /// Of the material's making, and of the scene's own edits.
   const std::vector<std::string>& warnings() const { return warnings_; }
-  /// The list, with the edge of voxels that it is for.
+  /// The list, with the edge of voxels that it is for and the lights.
   Recipe recipe() const;
+  /// Of the object's scene.
+  void set_lights(LightChanges lights) { lights_ = std::move(lights); }
   /// Of a homogeneous object that is one still.
   std::optional<HomogeneousMaterial> homogeneous() const;
   double roughness() const;
@@ -68,6 +70,7 @@ class EditedObject : public EditedShapes {
   const TriangleMesh *rest_ = nullptr, *mesh_ = nullptr;
   const RayCaster* rays_ = nullptr;
   std::optional<double> voxel_mm_;
+  LightChanges lights_;
   std::vector<std::string> warnings_;
   Placing placing_;
   TriangleMesh unedited_;  ///< where the scene's own edits deform the object

@@ -102,19 +102,33 @@ World::World(const Scene& scene, std::vector<std::string>& warnings) {
   expect_outside(scene.camera.position_mm, "the camera");
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const std::string name = "light " + std::to_string(i + 1);
-    if (const auto* point = std::get_if<PointLight>(&scene.lights[i])) {
-      if (const auto object = object_at(point->position_mm)) {
-        const double sphere = 4.0 * std::numbers::pi * point->at_mm * point->at_mm;
-        inner_lights_.push_back({*object, point->position_mm, sphere * point->irradiance});
-        continue;
-      }
-    } else if (const auto* spot = std::get_if<SpotLight>(&scene.lights[i])) {
+    if (const auto* spot = std::get_if<SpotLight>(&scene.lights[i])) {
       expect_outside(spot->point.position_mm, name);
     } else if (const auto* projector = std::get_if<ProjectorLight>(&scene.lights[i])) {
       expect_outside(projector->point.position_mm, name);
     }
-    outer_lights_.push_back(scene.lights[i]);
   }
+  set_lights(scene.lights);
+}
+
+void World::set_lights(const std::vector<Light>& lights) {
+  inner_lights_.clear();
+  outer_lights_.clear();
+  for (const Light& light : lights) {
+    const auto* point = std::get_if<PointLight>(&light);
+    if (const auto object = point ? object_at(point->position_mm) : std::nullopt) {
+      const double sphere = 4.0 * std::numbers::pi * point->at_mm * point->at_mm;
+      inner_lights_.push_back({*object, point->position_mm, sphere * point->irradiance});
+    } else {
+      outer_lights_.push_back(light);
+    }
+  }
+}
+
+bool World::lit_inside() const {
+  return !inner_lights_.empty() ||
+         std::any_of(objects_.begin(), objects_.end(),
+                     [](const WorldObject& object) { return object.emission.maxCoeff() > 0.0; });
 }
 
 void World::set_media(std::size_t object, ObjectMedia media) {

@@ -64,8 +64,12 @@ class World {
 
   const std::vector<WorldObject>& objects() const { return objects_; }
   const std::vector<InnerLight>& inner_lights() const { return inner_lights_; }
-  /// The scene's lights that are in no object.
+  /// The lights that are no inner lights.
   const std::vector<Light>& outer_lights() const { return outer_lights_; }
+  /// Other lights, which may have moved into objects or out of them.
+  void set_lights(const std::vector<Light>& lights);
+  /// Whether light begins inside objects.
+  bool lit_inside() const;
   /// An object's material, edited; index and roughness stay where the media state none.
   void set_media(std::size_t object, ObjectMedia media);
   /// An object's vertices, moved; its triangles, and what it is made of, stay. Objects may overlap

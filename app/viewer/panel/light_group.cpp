@@ -54,9 +54,10 @@ class LightGroup final : public PanelGroup {
     }
     const auto distance = render::distance_of(light, state.centre);
     if (!distance) return;
+    // Nearer than the objects' radius it may be inside one of them.
     auto shown = static_cast<float>(*distance);
-    const auto nearest = static_cast<float>(state.radius_mm);
-    if (ImGui::SliderFloat("distance", &shown, nearest, 50.0F * nearest, "%.1f mm",
+    const auto radius = static_cast<float>(state.radius_mm);
+    if (ImGui::SliderFloat("distance", &shown, 0.01F * radius, 50.0F * radius, "%.1f mm",
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp)) {
       state.set_light(render::at_distance(light, state.centre, static_cast<double>(shown)));
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -96,6 +97,20 @@ std::optional<Command> mouse_of(std::istringstream& words) {
   return words && found != buttons.end() ? std::optional<Command>(mouse) : std::nullopt;
 }
 
+std::optional<Command> light_of(const std::string& name, std::istringstream& words) {
+  using What = SetLight::What;
+  SetLight set;
+  if (name == "brightness") {
+    set.what = What::brightness;
+    words >> set.colour[0] >> set.colour[1] >> set.colour[2];
+    return words && set.colour.minCoeff() >= 0.0 ? std::optional<Command>(set) : std::nullopt;
+  }
+  set.what = name == "turn" ? What::turn_deg : What::distance_mm;
+  if (!(words >> set.value)) return std::nullopt;
+  const bool possible = set.what == What::turn_deg ? std::abs(set.value) <= 360.0 : set.value > 0.0;
+  return possible ? std::optional<Command>(set) : std::nullopt;
+}
+
 /// Recipes are named relative to `folder`, the script's.
 std::optional<Command> command_of(const std::string& name, std::istringstream& words,
                                   const std::filesystem::path& folder) {
@@ -111,6 +126,8 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
   } else if (name == "light") {
     TurnLight turn;
     if (words >> turn.azimuth_deg >> turn.elevation_deg) return turn;
+  } else if (name == "turn" || name == "distance" || name == "brightness") {
+    return light_of(name, words);
   } else if (name == "model") {
     ChooseModel choice;
     if (words >> choice.name) return choice;

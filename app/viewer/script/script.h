@@ -3,6 +3,9 @@
 //
 //   lamp N            takes hold of the N-th light, from 1
 //   light AZ EL       turns it to these angles [degrees]
+//   turn DEGREES      turns an environment about the vertical
+//   distance MM       moves it along the line to the objects' centre
+//   brightness R G B  its irradiance or radiance
 //   model NAME        which model answers
 //   orbit DX DY       turns the camera about its target [degrees]
 //   exposure E        factor before the tone curve
@@ -56,6 +59,12 @@ struct Lamp {
 };
 struct TurnLight {
   double azimuth_deg = 0.0, elevation_deg = 0.0;
+};
+struct SetLight {
+  enum class What { turn_deg, distance_mm, brightness };
+  What what = What::turn_deg;
+  double value = 0.0;
+  render::Colour colour = render::Colour::Ones();
 };
 struct ChooseModel {
   std::string name;
@@ -115,9 +124,9 @@ struct CombFur {
 struct Quit {};
 
 using Command =
-    std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links, Trace,
-                 SetFur, CombFur, Compared, Tool, Mouse, render::FurStroke, Quit>;
+    std::variant<Lamp, TurnLight, SetLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush,
+                 Paint, Channel, Preview, Asked, ShowPhotograph, ShowSlice, Deform, Drag, Links,
+                 Trace, SetFur, CombFur, Compared, Tool, Mouse, render::FurStroke, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

@@ -39,6 +39,27 @@ void ScriptPlayer::obey(const script::TurnLight& turn, Stage& stage) const {
   stage.state.turn_light({turn.azimuth_deg, turn.elevation_deg});
 }
 
+void ScriptPlayer::obey(const script::SetLight& set, Stage& stage) const {
+  using What = script::SetLight::What;
+  ViewState& state = stage.state;
+  if (state.lights.empty()) throw InputError(name_ + ": the scene has no light");
+  render::Light light = state.lights[state.lamp];
+  const std::string kind = ": the light in hand is of the kind " + render::kind_of(light);
+  if (set.what == What::brightness) {
+    render::intensity_of(light) = set.colour;
+  } else if (set.what == What::distance_mm) {
+    if (!render::distance_of(light, state.centre))
+      throw InputError(name_ + kind + ", which stands nowhere");
+    light = render::at_distance(light, state.centre, set.value);
+  } else {
+    auto* environment = std::get_if<render::EnvironmentLight>(&light);
+    if (environment == nullptr)
+      throw InputError(name_ + kind + ", which has no turn; use light AZ EL");
+    environment->turn_deg = set.value;
+  }
+  state.set_light(light);
+}
+
 void ScriptPlayer::obey(const script::ChooseModel& choice, Stage& stage) const {
   stage.choose_model(choice.name);
 }

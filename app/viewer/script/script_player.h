@@ -48,6 +48,7 @@ class ScriptPlayer {
  private:
   void obey(const script::Lamp& lamp, Stage& stage) const;
   void obey(const script::TurnLight& turn, Stage& stage) const;
+  void obey(const script::SetLight& set, Stage& stage) const;
   void obey(const script::ChooseModel& choice, Stage& stage) const;
   void obey(const script::Orbit& orbit, Stage& stage) const;
   void obey(const script::Exposure& exposure, Stage& stage) const;

@@ -236,6 +236,65 @@ TEST_F(AsRender, ShowsTheSameReflectionsAndToneCurve) {
   EXPECT_LT(while_moving, 0.1);
 }
 
+/// A dim sky with one wide lamp behind a body: its light enters along its own directions, as
+/// `kappamu render` has it. As even light it would be 2 to 6 % darker.
+TEST_F(AsRender, ShowsTheSameUnderAWideLamp) {
+  constexpr int rows = 36, columns = 72;
+  Image<float> sky(columns, rows, 3, 0.05F);
+  for (int y = 12; y < 22; ++y) {
+    for (int x = 30; x < 42; ++x) {
+      for (int c = 0; c < 3; ++c) sky(x, y, c) = 4.0F;
+    }
+  }
+  io::write_float_image(folder() / "sky.exr", sky);
+  json scene = json::parse(io::read_text(KAPPAMU_SOURCE_DIR "/scenes/bob-back-lit.json"));
+  scene["objects"][0]["mesh"] = KAPPAMU_SOURCE_DIR "/scenes/meshes/bob.ply";
+  scene["lights"] = {
+      {{"kind", "environment"}, {"image", "sky.exr"}, {"radiance", 1}, {"visible", false}}};
+  scene["film"] = {{"width", 80}, {"height", 60}, {"samples", 16}, {"exposure", 1.5}};
+  scene["model"] = {{"name", "polygrid"}, {"tolerance", 0.1}};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const ProcessResult viewed =
+      view("panel off\nscreenshot seen.png\ntrace off\nscreenshot moving.png\nquit\n");
+  if (viewed.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << viewed.standard_error;
+  }
+  ASSERT_EQ(viewed.exit_code, 0) << viewed.standard_error;
+  ASSERT_EQ(kappamu("render " + path("scene.json") + " -o " + path("out")).exit_code, 0);
+  const double at_rest = difference("seen.png"), while_moving = difference("moving.png");
+  std::printf("wide lamp: at rest %.4f, while things move %.4f\n", at_rest, while_moving);
+  EXPECT_LT(at_rest, 0.015);
+  // What is drawn has no lamp seen through thin parts, and reflects it along contours in its own
+  // way.
+  EXPECT_LT(while_moving, 0.16);
+}
+
+/// A light inside a body, which takes part in a twist and in a change of colour.
+TEST_F(AsRender, ShowsLightThatBeginsInside) {
+  json scene = json::parse(io::read_text(KAPPAMU_SOURCE_DIR "/scenes/candle-solid.json"));
+  scene["film"] = {{"width", 60}, {"height", 80}, {"samples", 16}, {"exposure", 1.5}};
+  scene["model"] = {{"name", "polygrid"}, {"tolerance", 0.1}};
+  const json twist = scene["objects"][0]["deform"];
+  scene["objects"][0].erase("deform");
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  io::write_text_atomically(folder() / "twist.json", twist.dump());
+  const ProcessResult viewed = view(
+      "panel off\nbrightness 1 1 6\ndeform candle twist.json moving\ndeform candle twist.json\n"
+      "screenshot seen.png\ntrace off\nscreenshot moving.png\nquit\n");
+  if (viewed.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << viewed.standard_error;
+  }
+  ASSERT_EQ(viewed.exit_code, 0) << viewed.standard_error;
+  scene["objects"][0]["deform"] = twist;
+  scene["lights"][0]["irradiance"] = {1, 1, 6};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  ASSERT_EQ(kappamu("render " + path("scene.json") + " -o " + path("out")).exit_code, 0);
+  const double at_rest = difference("seen.png"), while_moving = difference("moving.png");
+  std::printf("inner light: at rest %.4f, while things move %.4f\n", at_rest, while_moving);
+  EXPECT_LT(at_rest, 0.03);
+  EXPECT_LT(while_moving, drawn_tolerance);
+}
+
 /// Where a body's rim lies before the body itself, rims of drawn pixels are no darker than traced
 /// ones beside them, but for what a pixel's width blurs.
 TEST_F(AsRender, HasNoDarkPixelsAlongContours) {

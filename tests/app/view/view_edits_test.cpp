@@ -190,6 +190,86 @@ TEST_F(ViewEdits, EditsAHomogeneousObject) {
             json::parse(io::read_text(folder() / "edited/scene.json")));
 }
 
+/// The stroke that made a volume of it is undone: the dipole answers again.
+TEST_F(ViewEdits, AnObjectWhoseStrokeIsUndoneIsHomogeneousAgain) {
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["objects"] = {{{"name", "ball"},
+                       {"shape", "sphere"},
+                       {"size_mm", 20},
+                       {"material", {{"published", "marble"}}}}};
+  scene["camera"]["position_mm"] = {0, 0, 100};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const std::string stroke = "brush multiply mu 20 3 3\npaint 40 32 56 32\n";
+  const std::string edits = " --edits " + path("edited");
+  const ProcessResult painted = view("trace off\n" + stroke + "save\n", edits);
+  if (painted.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << painted.standard_error;
+  }
+  ASSERT_EQ(painted.exit_code, 0) << painted.standard_error;
+  EXPECT_TRUE(std::filesystem::exists(folder() / "edited/volume.vdb"));
+  // A model for homogeneous objects is refused while it is a volume, and answers after the undo.
+  EXPECT_NE(view("model dipole-rotated\n", edits).exit_code, 0);
+  const ProcessResult undone = view("undo\nmodel dipole-rotated\nsave\n", edits);
+  ASSERT_EQ(undone.exit_code, 0) << undone.standard_error;
+  EXPECT_EQ(json::parse(last_line(undone.standard_output))["model"], "dipole-rotated");
+  EXPECT_FALSE(std::filesystem::exists(folder() / "edited/volume.vdb"));
+  EXPECT_TRUE(
+      json::parse(io::read_text(folder() / "edited/scene.json"))["objects"][0]["material"].contains(
+          "kappa_mm"));
+}
+
+/// Lights that were turned and coloured are saved with the edits: the next window, `kappamu render`
+/// and `kappamu edit` have them.
+TEST_F(ViewEdits, SavesTurnedLights) {
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["lights"].push_back({{"kind", "environment"}, {"radiance", 0.05}});
+  scene["lights"].push_back(
+      {{"kind", "point"}, {"position_mm", {0, 30, 0}}, {"irradiance", 0.2}, {"at_mm", 30}});
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const std::string edits = " --edits " + path("edited");
+  const auto saved = [&](const char* file) {
+    return json::parse(io::read_text(folder() / "edited" / file));
+  };
+  const ProcessResult first = view(
+      "panel off\nlight 60 30\nlamp 2\nturn 40\nbrightness 0.02 0.03 0.04\nlamp 3\n"
+      "brightness 0.5 0.1 0\nlight 0 0\nundo\ndistance 50\nscreenshot turned.png\nsave\n",
+      edits);
+  if (first.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << first.standard_error;
+  }
+  ASSERT_EQ(first.exit_code, 0) << first.standard_error;
+  const json lights = saved("scene.json")["lights"];
+  EXPECT_NEAR(lights[0]["direction"][1].get<double>(), -0.5, 1e-9);
+  EXPECT_EQ(lights[1]["turn_deg"], 40.0);
+  EXPECT_EQ(lights[1]["radiance"], (json{0.02, 0.03, 0.04}));
+  EXPECT_NEAR(lights[2]["position_mm"][1].get<double>(), 50.0, 1e-9);
+  EXPECT_EQ(lights[2]["irradiance"], (json{0.5, 0.1, 0.0}));
+  EXPECT_EQ(saved("recipe.json")["lights"].size(), 3U);
+  EXPECT_TRUE(saved("recipe.json")["edits"].empty());
+  expect_repeated_by_the_command_line();
+  EXPECT_EQ(io::read_text(folder() / "again/scene.json"),
+            io::read_text(folder() / "edited/scene.json"));
+
+  // The next window begins with them, and can take them back; beside them an edit is saved.
+  const ProcessResult next = view(
+      "panel off\nscreenshot back.png\nbrush multiply mu 20 3 4\npaint 40 32 56 32\nsave\n", edits);
+  ASSERT_EQ(next.exit_code, 0) << next.standard_error;
+  EXPECT_LE(farthest(picture("back.png"), picture("turned.png")), 1);
+  EXPECT_EQ(saved("recipe.json")["edits"].size(), 1U);
+  EXPECT_EQ(saved("scene.json")["lights"], lights);
+  ASSERT_EQ(view("undo\nundo\nsave\n", edits).exit_code, 0);
+  EXPECT_FALSE(saved("recipe.json").contains("lights"));
+  EXPECT_EQ(saved("scene.json")["lights"], scene["lights"]);
+
+  // Of a scene with other lights they are refused.
+  json recipe{{"format", "kappamu-edit"}, {"version", 1}, {"edits", json::array()}};
+  recipe["lights"] = {{{"light", 7}, {"turn_deg", 1}}};
+  io::write_text_atomically(folder() / "lights.json", recipe.dump());
+  expect_one_sentence(kappamu("edit " + path("scene.json") + " --recipe " + path("lights.json") +
+                              " -o " + path("never")),
+                      "light 7 is not there");
+}
+
 /// Beside the volume's own box, where it lies mirrored: the stroke edits what is seen there.
 TEST_F(ViewEdits, PaintsOnAMirroredVolume) {
   json scene = json::parse(io::read_text(folder() / "scene.json"));

@@ -99,6 +99,44 @@ TEST(EditedObject, HomogeneousBecomesAVolumeAtTheFirstEditOfAPart) {
   EXPECT_DOUBLE_EQ(made.edited.media().channels[0]->at({0.0, 0.0, 9.6}).mu, 0.003);
 }
 
+/// Undone, switched off or not kept, the last edit of a part leaves one material, with all edits of
+/// the whole.
+TEST(EditedObject, AVolumeBecomesHomogeneousWithItsLastEditOfAPart) {
+  Made made(ball());
+  EditHistory& history = made.edited.history();
+  made.done(multiplied(3.0, WholeSelection{}));
+  const auto expect_one = [&](double mu) {
+    ASSERT_TRUE(made.edited.homogeneous());
+    EXPECT_DOUBLE_EQ(made.edited.homogeneous()->mu_per_mm[0], mu);
+    EXPECT_TRUE(made.edited.media().channels[0]->homogeneous());
+    EXPECT_DOUBLE_EQ(made.edited.media().channels[0]->smallest().mu, mu);
+  };
+  const auto expect_volume = [&](double mu_below) {
+    EXPECT_FALSE(made.edited.homogeneous());
+    EXPECT_DOUBLE_EQ(made.edited.media().channels[0]->at({0.0, 0.0, 9.6}).mu, mu_below);
+  };
+  made.done(multiplied(2.0, below_surface(0.0, 1.0)));
+  history.undo();
+  expect_one(0.003);
+  history.redo();
+  expect_volume(0.006);
+  made.done(multiplied(5.0, WholeSelection{}));
+  expect_volume(0.03);
+  history.switch_off(1, true);
+  expect_one(0.015);
+  history.switch_off(1, false);
+  expect_volume(0.03);
+  history.remove(1);
+  expect_one(0.015);
+  history.try_edit(multiplied(2.0, below_surface(0.0, 1.0)));
+  expect_volume(0.03);
+  history.try_edit(multiplied(2.0, WholeSelection{}));
+  expect_one(0.03);
+  history.try_edit(std::nullopt);
+  expect_one(0.015);
+  EXPECT_EQ(history.list().size(), 2U);
+}
+
 TEST(EditedObject, VoxelsAreAsAskedOrRefused) {
   Made made(ball(), 1.7);
   made.done(multiplied(2.0, below_surface(0.0, 1.0)));

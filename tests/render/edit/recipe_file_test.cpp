@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/edit/edit.h"
+#include "render/light/light_changes.h"
 #include "tests/own_folder.h"
 #include "tests/schema_verdicts.h"
 #include "tests/sentence.h"
@@ -55,7 +56,9 @@ json full_recipe() {
          {"brush": "length", "points_mm": [[0, 0, 1], [0, 1, 1]], "radius_mm": 1, "amount": 0.2},
          {"brush": "colour", "points_mm": [[0, 0, 1], [0, 1, 1], [1, 1, 1]], "radius_mm": 1,
           "colour": [1, 0.5, 0]}]}}],
-    "voxel_mm": 0.4})");
+    "voxel_mm": 0.4,
+    "lights": [{"light": 2, "position_mm": [1, 2, 3], "irradiance": [1, 0.30000000000000004, 0]},
+               {"light": 1, "direction": [0, 0, -1]}, {"light": 3, "turn_deg": 40, "radiance": [0, 0, 2]}]})");
 }
 
 struct BadRecipe {
@@ -147,6 +150,14 @@ std::vector<BadRecipe> bad_recipes() {
          r["edits"][5]["where"]["up"] = {0, 0, 1};
        },
        "looks along its 'up'", false},
+      {"lights from 0", [](json& r) { r["lights"][0]["light"] = 0; },
+       "lights[0].light is 0; count the scene's lights from 1"},
+      {"a light that stays", [](json& r) { r["lights"][1].erase("direction"); },
+       "lights[1] changes nothing"},
+      {"a dark light", [](json& r) { r["lights"][2]["radiance"][1] = -1; },
+       "lights[2].radiance[1] is -1"},
+      {"a light's kind", [](json& r) { r["lights"][2]["kind"] = "point"; },
+       "lights[2].kind is an unknown field"},
       {"voxels of no size", [](json& r) { r["voxel_mm"] = 0; }, "voxel_mm is 0"},
       {"off by a word", [](json& r) { r["edits"][0]["off"] = "yes"; }, "edits[0].off"},
       {"no radius", [](json& r) { r["edits"][1]["where"]["radius_mm"] = 0; }, "radius_mm is 0"},
@@ -202,6 +213,32 @@ TEST_F(RecipeFile, ReadsEveryKind) {
   EXPECT_TRUE(recipe.edits[10].instead);
   EXPECT_EQ(std::get<CoordinatesSelection>(recipe.edits[11].where).image, folder_ / "leaf.png");
   EXPECT_EQ(recipe.voxel_mm, 0.4);
+  ASSERT_EQ(recipe.lights.size(), 3U);
+  EXPECT_EQ(recipe.lights[0].light, 1U);
+  EXPECT_EQ(recipe.lights[0].position_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(recipe.lights[2].turn_deg, 40.0);
+}
+
+/// Lights that a person changes: what is written is read to the last bit and makes the same lights.
+TEST_F(RecipeFile, KeepsLights) {
+  const std::vector<Light> before{DirectionalLight{}, PointLight{}, EnvironmentLight{}};
+  std::vector<Light> after = before, again = before;
+  std::get<DirectionalLight>(after[0]).direction = Eigen::Vector3d(1, 2, 3).normalized();
+  std::get<PointLight>(after[1]).irradiance = Colour(1.0 / 3.0, 0.0, 2.0);
+  std::get<EnvironmentLight>(after[2]).turn_deg = 0.1 + 0.2;
+  Recipe recipe;
+  recipe.lights = light_changes(before, after);
+  ASSERT_EQ(recipe.lights.size(), 3U);
+  EXPECT_FALSE(recipe.lights[1].position_mm);
+  std::ofstream(folder_ / "r.json") << recipe_json(recipe, folder_);
+  change_lights(read_recipe(folder_ / "r.json").lights, "r.json", again);
+  EXPECT_TRUE(light_changes(after, again).empty());
+  recipe.lights[0].light = 3;
+  EXPECT_THAT(sentence_of([&] { change_lights(recipe.lights, "r.json", again); }),
+              HasSubstr("r.json: light 4 is not there: the scene has 3"));
+  recipe.lights[0].light = 2;
+  EXPECT_THAT(sentence_of([&] { change_lights(recipe.lights, "r.json", again); }),
+              HasSubstr("light 3 is of a kind that has no 'direction'"));
 }
 
 TEST_F(RecipeFile, KeepsFurToTheLastBit) {

@@ -1,0 +1,91 @@
+#include "render/light/light_changes.h"
+
+#include <type_traits>
+
+#include "core/error.h"
+
+namespace kappamu::render {
+
+using Eigen::Vector3d;
+
+namespace {
+
+/// A light's fields that a person changes; nullptr: it does not have it.
+struct Fields {
+  Vector3d *position_mm = nullptr, *direction = nullptr;
+  double* turn_deg = nullptr;
+  Colour *irradiance = nullptr, *radiance = nullptr;
+};
+
+Fields fields_of(Light& light) {
+  Fields fields;
+  const auto stands = [&](PointLight& point) {
+    fields.position_mm = &point.position_mm;
+    fields.irradiance = &point.irradiance;
+  };
+  if (auto* point = std::get_if<PointLight>(&light)) stands(*point);
+  if (auto* spot = std::get_if<SpotLight>(&light)) stands(spot->point);
+  if (auto* projector = std::get_if<ProjectorLight>(&light)) stands(projector->point);
+  if (auto* directional = std::get_if<DirectionalLight>(&light)) {
+    fields.direction = &directional->direction;
+    fields.irradiance = &directional->irradiance;
+  }
+  if (auto* environment = std::get_if<EnvironmentLight>(&light)) {
+    fields.turn_deg = &environment->turn_deg;
+    fields.radiance = &environment->radiance;
+  }
+  return fields;
+}
+
+}  // namespace
+
+LightChanges light_changes(const std::vector<Light>& before, const std::vector<Light>& after) {
+  check(before.size() == after.size(), "lights that change are as many as before");
+  LightChanges changes;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    Light one = before[i], other = after[i];
+    const Fields was = fields_of(one), is = fields_of(other);
+    LightChange change;
+    change.light = i;
+    const auto note = [](const auto* old, const auto* now, auto& to) {
+      if (now == nullptr) return;
+      using Value = typename std::decay_t<decltype(to)>::value_type;
+      const Value was_value(*old), value(*now);
+      if (was_value != value) to = value;
+    };
+    note(was.position_mm, is.position_mm, change.position_mm);
+    note(was.direction, is.direction, change.direction);
+    note(was.turn_deg, is.turn_deg, change.turn_deg);
+    note(was.irradiance, is.irradiance, change.irradiance);
+    note(was.radiance, is.radiance, change.radiance);
+    if (!change.empty()) changes.push_back(change);
+  }
+  return changes;
+}
+
+void change_lights(const LightChanges& changes, const std::string& origin,
+                   std::vector<Light>& lights) {
+  for (const LightChange& change : changes) {
+    const std::string name = origin + ": light " + std::to_string(change.light + 1);
+    if (change.light >= lights.size()) {
+      throw InputError(name + " is not there: the scene has " + std::to_string(lights.size()) +
+                       "; take it out of 'lights'");
+    }
+    const Fields fields = fields_of(lights[change.light]);
+    const auto set = [&](const auto& value, auto* to, const char* field) {
+      if (!value) return;
+      if (to == nullptr) {
+        throw InputError(name + " is of a kind that has no '" + field +
+                         "'; take that out of 'lights'");
+      }
+      *to = *value;
+    };
+    set(change.position_mm, fields.position_mm, "position_mm");
+    set(change.direction, fields.direction, "direction");
+    set(change.turn_deg, fields.turn_deg, "turn_deg");
+    set(change.irradiance, fields.irradiance, "irradiance");
+    set(change.radiance, fields.radiance, "radiance");
+  }
+}
+
+}  // namespace kappamu::render
