@@ -75,10 +75,8 @@ template <bool straight>
   Counts at;
   for (std::size_t i = 0; i < count; ++i) {
     const float signal = t * radiance[i];
-    // Without comparisons of floats, which become branches.
-    const float root = std::sqrt(0.5F * (signal + std::abs(signal)));
-    const auto entry = static_cast<std::int32_t>(0.5F + root * last);
-    at[i] = entry < last ? entry : last;
+    const float root = std::sqrt(signal > 0.0F ? signal : 0.0F);  // 0 for not a number
+    at[i] = static_cast<std::int32_t>(0.5F + (root < 1.0F ? root : 1.0F) * last);
   }
   look_up(of.noise, at.data(), count, noise.data());
   for (std::size_t i = 0; i < count; ++i) {
