@@ -11,6 +11,7 @@
 #include "capture/session/frames.h"
 #include "core/error.h"
 #include "core/optics.h"
+#include "core/parallel.h"
 
 namespace kappamu::calib {
 namespace {
@@ -77,55 +78,67 @@ std::vector<std::uint8_t> lit_voxels(const float* irradiance, const FaceShape& s
 
 /// Where the footprints' pixels lie in a picture that may be a part of the camera's; throws
 /// InternalError where one lies beyond it.
-std::vector<std::size_t> pixels_in(const Region& part, const Footprints& footprints,
-                                   int camera_width) {
-  std::vector<std::size_t> places(footprints.pixel.size());
+std::vector<std::uint32_t> pixels_in(const Region& part, const Footprints& footprints,
+                                     int camera_width) {
+  std::vector<std::uint32_t> places(footprints.pixel.size());
   bool inside = true;
   for (std::size_t k = 0; k < places.size(); ++k) {
     const int x = static_cast<int>(footprints.pixel[k] % static_cast<unsigned>(camera_width));
     const int y = static_cast<int>(footprints.pixel[k] / static_cast<unsigned>(camera_width));
     inside = inside && x >= part.left && x < part.right() && y >= part.top && y < part.bottom();
-    places[k] = static_cast<std::size_t>(y - part.top) * static_cast<std::size_t>(part.width) +
-                static_cast<std::size_t>(x - part.left);
+    places[k] = static_cast<std::uint32_t>((y - part.top) * part.width + x - part.left);
   }
   check(inside, "the HDR pictures show all of the measured face");
   return places;
 }
 
-/// One channel of one picture into value, variance and mask [v][u].
+/// Where the values of the first channel of one picture go [v][u], those of the next `step` behind.
 struct Target {
   float* value;
   float* variance;
   std::uint8_t* mask;
+  std::size_t step;
 };
-void average(const capture::HdrImage& picture, int channel, const Footprints& footprints,
-             const std::vector<std::size_t>& pixels, const std::vector<double>& exitance_per_signal,
+
+/// All channels of a voxel at once: the picture comes from memory only once.
+void average(const capture::HdrImage& picture, const Footprints& footprints,
+             const std::vector<std::uint32_t>& pixels,
+             const std::vector<std::vector<double>>& exitance_per_signal,
              const MeasureOptions& options, const Target& target) {
   constexpr std::uint8_t unusable = capture::pixel_saturated | capture::pixel_missing;
-  const auto channels = static_cast<std::size_t>(picture.radiance.channels());
+  const std::size_t channels = exitance_per_signal.size();
   const FaceShape& shape = footprints.shape;
-  for (std::size_t voxel = 0; voxel < shape.cells(); ++voxel) {
-    double sum = 0.0;
-    double variance = 0.0;
-    bool good = footprints.visible[voxel] != 0;
-    for (std::size_t k = footprints.begin[voxel]; k < footprints.begin[voxel + 1]; ++k) {
-      const std::size_t at = pixels[k] * channels + static_cast<std::size_t>(channel);
-      const double weight = footprints.weight[k];
-      good = good && (picture.flags.values()[at] & unusable) == 0;
-      sum += weight * picture.radiance.values()[at];
-      variance += weight * weight * picture.variance.values()[at];
+  for_rows(shape.nv, [&](int v) {
+    std::vector<double> sums(channels), variances(channels);
+    std::vector<std::uint8_t> flags(channels);
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t voxel = static_cast<std::size_t>(v) * shape.nu + u;
+      std::fill(sums.begin(), sums.end(), 0.0);
+      std::fill(variances.begin(), variances.end(), 0.0);
+      std::fill(flags.begin(), flags.end(), 0);
+      for (std::size_t k = footprints.begin[voxel]; k < footprints.begin[voxel + 1]; ++k) {
+        const std::size_t at = pixels[k] * channels;
+        const double weight = footprints.weight[k];
+        for (std::size_t c = 0; c < channels; ++c) {
+          flags[c] |= picture.flags.values()[at + c];
+          sums[c] += weight * picture.radiance.values()[at + c];
+          variances[c] += weight * weight * picture.variance.values()[at + c];
+        }
+      }
+      const bool rim = u == 0 || v == 0 || u == shape.nu - 1 || v == shape.nv - 1;
+      const double relative = rim ? options.rim_relative_error : options.relative_error;
+      for (std::size_t c = 0; c < channels; ++c) {
+        const double factor = exitance_per_signal[c][voxel] * footprints.inverse_coverage[voxel];
+        const double value = factor * sums[c];
+        const std::size_t to = c * target.step + voxel;
+        target.value[to] = static_cast<float>(value);
+        target.variance[to] = static_cast<float>(factor * factor * variances[c] +
+                                                 relative * relative * value * value);
+        const bool good = footprints.visible[voxel] != 0 && (flags[c] & unusable) == 0;
+        target.mask[to] = good && target.variance[to] > 0.0F ? 1 : 0;
+      }
     }
-    const double factor = exitance_per_signal[voxel] * footprints.inverse_coverage[voxel];
-    const double value = factor * sum;
-    const int u = static_cast<int>(voxel) % shape.nu;
-    const int v = static_cast<int>(voxel) / shape.nu;
-    const bool rim = u == 0 || v == 0 || u == shape.nu - 1 || v == shape.nv - 1;
-    const double relative = rim ? options.rim_relative_error : options.relative_error;
-    target.value[voxel] = static_cast<float>(value);
-    target.variance[voxel] =
-        static_cast<float>(factor * factor * variance + relative * relative * value * value);
-    target.mask[voxel] = good && target.variance[voxel] > 0.0F ? 1 : 0;
-  }
+  });
 }
 
 /// Where the camera stands under a pattern.
@@ -145,7 +158,7 @@ struct SeenFace {
   Footprints footprints;
   std::vector<std::vector<double>> exitance_per_signal;  ///< [channel][voxel]
   Region part{};                                         ///< of the last picture
-  std::vector<std::size_t> pixels{};                     ///< of the footprints in that part
+  std::vector<std::uint32_t> pixels{};                   ///< of the footprints in that part
 
   void look_at(const capture::HdrImage& picture, int camera_width) {
     if (picture.place() == part) return;
@@ -262,11 +275,12 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
         of_patterns[m] == sample.lit_face && !options.keep_lit
             ? lit_voxels(irradiance.data(), face.footprints.shape, options.lit_threshold)
             : std::vector<std::uint8_t>(seen_cells, 0);
+    const std::size_t first = m * seen_cells;
+    average(
+        picture, face.footprints, face.pixels, face.exitance_per_signal, options,
+        {&result.value[first], &result.variance[first], &result.mask[first], count * seen_cells});
     for (std::size_t c = 0; c < channels; ++c) {
-      const std::size_t at = (c * count + m) * seen_cells;
-      average(picture, static_cast<int>(c), face.footprints, face.pixels,
-              face.exitance_per_signal[c], options,
-              {&result.value[at], &result.variance[at], &result.mask[at]});
+      const std::size_t at = c * count * seen_cells + first;
       for (std::size_t voxel = 0; voxel < seen_cells; ++voxel) {
         if (lit_here[voxel] != 0)
           result.lit[at + voxel] = std::exchange(result.mask[at + voxel], 0);

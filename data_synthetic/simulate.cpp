@@ -8,8 +8,8 @@
 #include "core/processor_time.h"
 #include "data_synthetic/rig/targets.h"
 #include "data_synthetic/truth.h"
-#include "io/image/exr.h"
 #include "io/image/image_file.h"
+#include "io/image/plain_exr.h"
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"
 
@@ -266,16 +266,17 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   const Stopwatch truth_time;
   for (const PlannedPattern& pattern : plan.patterns) {
     const Image<float> picture = rig.sample_radiance(pattern.image);
-    const auto fill = [&](int first, int rows, float* values) {
-      std::copy_n(&picture(0, first), static_cast<std::size_t>(3 * rows * picture.width()), values);
+    const auto fill = [&](int y, std::size_t channel, float* values) {
+      for (int x = 0; x < picture.width(); ++x)
+        values[x] = picture(x, y, static_cast<int>(channel));
     };
-    io::write_exr_rows(report.truth / "radiance" / (pattern.id + ".exr"),
-                       {{0, 0, picture.width(), picture.height()},
-                        picture.width(),
-                        picture.height(),
-                        {"R", "G", "B"},
-                        {}},
-                       fill, io::ExrPacking::plain);
+    io::write_plain_exr(report.truth / "radiance" / (pattern.id + ".exr"),
+                        {{0, 0, picture.width(), picture.height()},
+                         picture.width(),
+                         picture.height(),
+                         {"R", "G", "B"},
+                         {}},
+                        fill);
   }
   const Truth truth = truth_of(rig, options, plan);
   for (std::size_t c = 0; c < truth.channels.size(); ++c) {

@@ -3,14 +3,17 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <memory>
+#include <new>
 #include <ostream>
 #include <streambuf>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/error.h"
@@ -107,7 +110,13 @@ int flush_to_disk(int fd) {
 /// A write-only stream buffer over a descriptor that remembers the first error.
 class DescriptorBuffer : public std::streambuf {
  public:
-  explicit DescriptorBuffer(int fd) : fd_(fd) { reset(); }
+  DescriptorBuffer(int fd, Cache cache)
+      : fd_(fd),
+        size_(cache == Cache::bypassed ? std::size_t{1} << 22 : std::size_t{1} << 16),
+        buffer_(static_cast<char*>(::operator new(size_, std::align_val_t(sector)))) {
+    direct_ = cache == Cache::bypassed && ::fcntl(fd_, F_SETFL, O_DIRECT) == 0;
+    reset();
+  }
   int error() const { return error_; }
 
  protected:
@@ -122,7 +131,15 @@ class DescriptorBuffer : public std::streambuf {
       pbump(static_cast<int>(size));
       return size;
     }
-    return drain() && write_all(data, static_cast<std::size_t>(size)) ? size : 0;
+    if (!direct_) return drain() && write_all(data, static_cast<std::size_t>(size)) ? size : 0;
+    for (std::streamsize done = 0; done < size;) {
+      const std::streamsize part = std::min<std::streamsize>(size - done, epptr() - pptr());
+      traits_type::copy(pptr(), data + done, static_cast<std::size_t>(part));
+      pbump(static_cast<int>(part));
+      done += part;
+      if (pptr() == epptr() && !drain()) return 0;
+    }
+    return size;
   }
   int sync() override { return drain() ? 0 : -1; }
   pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
@@ -137,28 +154,45 @@ class DescriptorBuffer : public std::streambuf {
   }
 
  private:
-  void reset() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
+  static constexpr std::size_t sector = 4096;  // where writing past the cache begins and ends
+  struct Release {
+    void operator()(char* buffer) const { ::operator delete(buffer, std::align_val_t(sector)); }
+  };
+
+  void reset() { setp(buffer_.get(), buffer_.get() + size_); }
   bool drain() {
     const bool written = write_all(pbase(), static_cast<std::size_t>(pptr() - pbase()));
     reset();
     return written;
   }
   bool write_all(const char* data, std::size_t size) {
+    if (size % sector != 0) use_cache();
     while (size > 0 && error_ == 0) {
       const ssize_t written = ::write(fd_, data, size);
+      if (written < 0 && errno == EINVAL && direct_) {
+        use_cache();
+        continue;
+      }
       if (written < 0) {
         if (errno != EINTR) error_ = errno;
         continue;
       }
+      if (static_cast<std::size_t>(written) % sector != 0) use_cache();
       data += written;
       size -= static_cast<std::size_t>(written);
     }
     return error_ == 0;
   }
 
+  void use_cache() {
+    if (std::exchange(direct_, false)) ::fcntl(fd_, F_SETFL, 0);
+  }
+
   int fd_;
   int error_ = 0;
-  std::array<char, 1 << 16> buffer_;
+  bool direct_ = false;
+  std::size_t size_;
+  std::unique_ptr<char, Release> buffer_;
 };
 
 void make_parent(const fs::path& target) {
@@ -196,12 +230,12 @@ void write_atomically(const fs::path& target, const std::function<void(const fs:
 }
 
 void write_stream_atomically(const fs::path& target,
-                             const std::function<void(std::ostream&)>& write) {
+                             const std::function<void(std::ostream&)>& write, Cache cache) {
   make_parent(target);
   TemporaryFile temporary(temporary_name(target));
   Descriptor file(temporary.name(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC);
   if (file.get() < 0) fail(target, errno);
-  DescriptorBuffer buffer(file.get());
+  DescriptorBuffer buffer(file.get(), cache);
   std::ostream stream(&buffer);
   try {
     write(stream);

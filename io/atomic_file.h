@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
@@ -22,10 +23,19 @@ namespace kappamu::io {
 void write_atomically(const std::filesystem::path& target,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
+/// Files of so many bytes and more had better pass the system's cache by: there they cost memory,
+/// and time to copy them, but hardly fit beside each other until they are read.
+inline constexpr std::uintmax_t cache_bypass = std::uintmax_t{1} << 28;
+
+/// Whether what is written stays in the system's cache for those who read it next, or goes to the
+/// disk directly where the file system can.
+enum class Cache { kept, bypassed };
+
 /// Calls `write` with a seekable binary stream. A failed write is reported with the system's reason
 /// even when `write` does not look at the stream's state.
 void write_stream_atomically(const std::filesystem::path& target,
-                             const std::function<void(std::ostream& out)>& write);
+                             const std::function<void(std::ostream& out)>& write,
+                             Cache cache = Cache::kept);
 
 void write_bytes_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void write_text_atomically(const std::filesystem::path& target, std::string_view text);

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,5 +22,10 @@ std::ifstream open_file(const std::filesystem::path& file);
 std::vector<std::byte> read_bytes(const std::filesystem::path& file,
                                   std::size_t largest = std::numeric_limits<std::size_t>::max());
 std::string read_text(const std::filesystem::path& file, std::size_t largest = largest_text);
+
+/// Hands over the file's bytes part by part. Those of a file of cache_bypass bytes and more do not
+/// pass the system's cache.
+void read_parts(const std::filesystem::path& file,
+                const std::function<void(std::span<const char>)>& take);
 
 }  // namespace kappamu::io

@@ -62,6 +62,38 @@ class SeenFace {
   Eigen::Vector3d normal_;
 };
 
+/// Where `points` x `points` points of one voxel are seen. Every fourth is projected, the others
+/// lie between: a lens and a perspective bend less than 1e-3 px over two pixels.
+void find_places(const SeenFace& seen, int u, int v, int points,
+                 std::vector<Eigen::Vector2d>& places) {
+  constexpr int step = 4;
+  const int squares = (points + step - 1) / step;
+  const auto row_of_corners = [&](int row) {
+    std::vector<Eigen::Vector2d> corners;
+    for (int k = 0; k <= squares; ++k) {
+      corners.push_back(seen.pixel(u + static_cast<double>(k * step) / points,
+                                   v + static_cast<double>(row * step) / points));
+    }
+    return corners;
+  };
+  places.clear();
+  std::vector<Eigen::Vector2d> above, below = row_of_corners(0), here(below.size());
+  for (int y = 0; y < points; ++y) {
+    if (y % step == 0) {
+      above = std::move(below);
+      below = row_of_corners(y / step + 1);
+    }
+    const double down = (y % step + 0.5) / step;
+    for (std::size_t k = 0; k < here.size(); ++k)
+      here[k] = (1.0 - down) * above[k] + down * below[k];
+    for (int x = 0; x < points; ++x) {
+      const double across = (x % step + 0.5) / step;
+      const auto k = static_cast<std::size_t>(x / step);
+      places.emplace_back((1.0 - across) * here[k] + across * here[k + 1]);
+    }
+  }
+}
+
 /// Weights of the pixels of one voxel, in the order of their numbers.
 class VoxelWeights {
  public:
@@ -145,13 +177,11 @@ Footprints make_footprints(const Lens& camera, const Rigid& camera_from_sample,
     for (int u = 0; u < shape.nu; ++u) {
       const double cosine = seen.cos_outside(u + 0.5, v + 0.5);
       bool visible = cosine > 0.0;
-      places.clear();
-      for (int n = 0; n < points * points && visible; ++n) {
-        const Eigen::Vector2d at =
-            seen.pixel(u + (n % points + 0.5) / points, v + (n / points + 0.5) / points);
+      if (visible) find_places(seen, u, v, points, places);
+      for (std::size_t n = 0; n < places.size() && visible; ++n) {
+        const Eigen::Vector2d& at = places[n];
         visible = at.x() >= 0.0 && at.y() >= 0.0 && at.x() < camera.width - 1 &&
                   at.y() < camera.height - 1;
-        places.push_back(at);
       }
       double covered = 1.0;
       if (visible) weights.add(places, point_weight);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <type_traits>
 
 #include "capture/response/frame_reader.h"
 #include "capture/response/noise_model.h"
@@ -18,38 +20,96 @@ namespace {
 // saturation: a pixel kept only when its noise happens to be low would be biased.
 constexpr float saturation_margin_sigmas = 4.0F;
 
-/// Pixels of one row that are merged together, so that loops over them fill wide registers.
-constexpr std::size_t block = NoiseModel::most_at_once;
+/// Values that are merged together, of all channels in turn, so that loops over them fill wide
+/// registers: whole pixels of 1, 3 or 4 channels.
+constexpr std::size_t block = 192;
 using Block = std::array<float, block>;
 using Counts = std::array<std::int32_t, block>;
 
-/// What the values of one channel have in common; frames by rising exposure time.
+/// What merging needs of each channel, for every value of a block by its own; frames by rising
+/// exposure time.
 struct Weighing {
-  NoiseModel noise;
-  std::vector<float> exposures;                                  ///< [s]
-  std::int32_t repeats = 0;                                      ///< of the shortest exposure
-  float saturation = 0.0F, limit = 0.0F, dark_deviation = 0.0F;  ///< linear signal
+  std::vector<float> exposures;  ///< [s]
+  std::int32_t repeats = 0;      ///< of the shortest exposure
+  std::size_t length = block;    ///< of a block: a multiple of the channels
+
+  /// Signal (value − black) · scale, its variance still + shot · signal and least_noise at least. A
+  /// camera with a curve takes both from tables instead, by channel.
+  bool straight = true;
+  Block black{}, scale{}, still{}, shot{}, least_noise{};
+  std::vector<std::vector<float>> signals{}, noise{};
+
+  Block saturated_from{};  ///< stored value
+  Block limit{}, dark_deviation{}, bound{};
 };
 
-/// One channel of a block.
-struct Values {
-  std::vector<float> linear;  ///< [frame][pixel] signal above black
-  Counts usable{};            ///< frames before the first saturated one: longer ones are, too
-  Block radiance{}, variance{};
-  Counts flags{};
+/// A block of a picture's values.
+struct Merged {
+  float *radiance, *variance;
+  std::uint8_t* flags;
 };
 
-KAPPAMU_WIDEST void weigh(const Weighing& of, std::size_t count, Values& values) {
-  const auto frames = static_cast<std::int32_t>(of.exposures.size());
-  const float* const linear = values.linear.data();
+/// Entries of the tables of a block's channels. Value by value: instructions that look up several
+/// at once take longer.
+template <class Index>
+void look_up(const std::vector<std::vector<float>>& tables, const Index* entries, std::size_t count,
+             float* found) {
+  for (std::size_t c = 0; c < tables.size(); ++c) {
+    const float* const table = tables[c].data();
+    for (std::size_t i = c; i < count; i += tables.size()) found[i] = table[entries[i]];
+  }
+}
+
+template <bool straight>
+[[gnu::always_inline]] inline void find_noise(const Weighing& of, const Block& radiance, float t,
+                                              std::size_t count, Block& noise) {
+  if constexpr (straight) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const float signal = t * radiance[i];
+      const float sum = of.still[i] + of.shot[i] * (signal < 1.0F ? signal : 1.0F);
+      noise[i] = sum > of.least_noise[i] ? sum : of.least_noise[i];
+    }
+    return;
+  }
+  constexpr std::int32_t last = NoiseModel::entries - 1;
+  Counts at;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float signal = t * radiance[i];
+    const float root = std::sqrt(signal > 0.0F ? signal : 0.0F);  // 0 for not a number
+    at[i] = static_cast<std::int32_t>(0.5F + (root < 1.0F ? root : 1.0F) * last);
+  }
+  look_up(of.noise, at.data(), count, noise.data());
+  for (std::size_t i = 0; i < count; ++i) {
+    const float signal = t * radiance[i];
+    const float sum = noise[i] + (signal < 0.0F ? signal : 0.0F) * of.shot[i];
+    noise[i] = sum > of.least_noise[i] ? sum : of.least_noise[i];
+  }
+}
+
+/// Values [begin, begin + count) of all frames.
+template <bool straight, class Value>
+[[gnu::always_inline]] inline void merge_block(const Weighing& of,
+                                               const std::vector<const Value*>& from,
+                                               std::size_t begin, std::size_t count, float* linear,
+                                               const Merged& out) {
+  const auto frames = static_cast<std::int32_t>(from.size());
+  Counts usable{};  // frames before the first saturated one: longer ones are, too
   // First every frame weighted by its time, which leans least on the longest one and so decides
   // fairly which frames are near saturation.
   Block mean{}, sum{};
   for (std::int32_t j = 0; j < frames; ++j) {
+    const Value* values = from[static_cast<std::size_t>(j)] + begin;
+    float* x = linear + static_cast<std::size_t>(j) * block;
     const float t = of.exposures[static_cast<std::size_t>(j)];
-    const float* x = linear + static_cast<std::size_t>(j) * block;
+    if constexpr (straight) {
+      for (std::size_t i = 0; i < count; ++i)
+        x[i] = (static_cast<float>(values[i]) - of.black[i]) * of.scale[i];
+    } else {
+      look_up(of.signals, values, count, x);
+    }
     for (std::size_t i = 0; i < count; ++i) {
-      const bool counts = j < values.usable[i];
+      const bool counts = (usable[i] == j) & (static_cast<float>(values[i]) < of.saturated_from[i]);
+      usable[i] += counts ? 1 : 0;
       mean[i] += counts ? x[i] : 0.0F;
       sum[i] += counts ? t : 0.0F;
     }
@@ -61,9 +121,9 @@ KAPPAMU_WIDEST void weigh(const Weighing& of, std::size_t count, Values& values)
   for (std::int32_t j = 0; j < frames; ++j) {
     const float t = of.exposures[static_cast<std::size_t>(j)];
     const float* x = linear + static_cast<std::size_t>(j) * block;
-    const float most = j < of.repeats ? HUGE_VALF : of.limit;
+    const bool shortest = j < of.repeats;
     for (std::size_t i = 0; i < count; ++i) {
-      const bool counts = (j < values.usable[i]) & !(mean[i] * t > most);
+      const bool counts = (j < usable[i]) & (shortest | !(mean[i] * t > of.limit[i]));
       first[i] += counts ? t * x[i] : 0.0F;
       squares[i] += counts ? t * t : 0.0F;
       longest[i] = counts ? t : longest[i];
@@ -71,11 +131,11 @@ KAPPAMU_WIDEST void weigh(const Weighing& of, std::size_t count, Values& values)
     }
   }
   for (std::size_t i = 0; i < count; ++i) first[i] /= squares[i];
-  Block weighted{}, weights{}, noise{};
+  Block weighted{}, weights{}, noise;
   for (std::int32_t j = 0; j < frames; ++j) {
     const float t = of.exposures[static_cast<std::size_t>(j)];
     const float* x = linear + static_cast<std::size_t>(j) * block;
-    of.noise.variances(first.data(), t, count, noise.data());
+    find_noise<straight>(of, first, t, count, noise);
     for (std::size_t i = 0; i < count; ++i) {
       const float by_noise = t / noise[i];  // radiance is linear/t, of variance noise/t²
       const float weight = j < kept[i] ? by_noise : 0.0F;
@@ -84,26 +144,68 @@ KAPPAMU_WIDEST void weigh(const Weighing& of, std::size_t count, Values& values)
     }
   }
   // Of those shortest frames that noise happens to keep below saturation, the mean would be biased.
-  const float bound = of.saturation / of.exposures.front();
+  Block radiances, variances;
+  Counts flags;
   for (std::size_t i = 0; i < count; ++i) {
-    const bool saturated = values.usable[i] < of.repeats;
     const float radiance = weighted[i] / weights[i], variance = 1.0F / weights[i];
-    const bool dark = radiance * longest[i] < of.dark_deviation;
-    values.radiance[i] = saturated ? bound : radiance;
-    values.variance[i] = saturated ? bound * bound : variance;
-    values.flags[i] =
-        (saturated ? pixel_saturated : pixel_ok) | (dark && !saturated ? pixel_dark : pixel_ok);
+    const bool saturated = usable[i] < of.repeats;
+    flags[i] = radiance * longest[i] < of.dark_deviation[i] ? pixel_dark : pixel_ok;
+    flags[i] = saturated ? pixel_saturated : flags[i];
+    radiances[i] = saturated ? of.bound[i] : radiance;
+    variances[i] = saturated ? of.bound[i] * of.bound[i] : variance;
   }
+  std::copy_n(radiances.data(), count, out.radiance);
+  std::copy_n(variances.data(), count, out.variance);
+  std::copy_n(flags.data(), count, out.flags);
 }
 
-template <class Reader>
-Weighing weighing(const Reader& reader, NoiseModel noise, const std::vector<float>& exposures) {
-  Weighing of{std::move(noise), exposures};
+KAPPAMU_WIDEST void merge_codes(const Weighing& of, const std::vector<const std::uint16_t*>& from,
+                                std::size_t begin, std::size_t count, float* linear,
+                                const Merged& out) {
+  merge_block<true>(of, from, begin, count, linear, out);
+}
+KAPPAMU_WIDEST void merge_curved_codes(const Weighing& of,
+                                       const std::vector<const std::uint16_t*>& from,
+                                       std::size_t begin, std::size_t count, float* linear,
+                                       const Merged& out) {
+  merge_block<false>(of, from, begin, count, linear, out);
+}
+KAPPAMU_WIDEST void merge_floats(const Weighing& of, const std::vector<const float*>& from,
+                                 std::size_t begin, std::size_t count, float* linear,
+                                 const Merged& out) {
+  merge_block<true>(of, from, begin, count, linear, out);
+}
+
+template <class Value>
+Weighing weighing(const Radiometry& radiometry, std::size_t channels,
+                  std::vector<float> exposures) {
+  using Reader = FrameReader<Value>;
+  Weighing of;
+  of.length = block / channels * channels;
   of.repeats =
       static_cast<std::int32_t>(std::count(exposures.begin(), exposures.end(), exposures.front()));
-  of.saturation = reader.saturation();
-  of.limit = of.saturation - saturation_margin_sigmas * std::sqrt(of.noise.variance(of.saturation));
-  of.dark_deviation = std::sqrt(of.noise.variance(0.0F));
+  for (std::size_t c = 0; c < channels; ++c) {
+    const Reader reader(radiometry, static_cast<int>(c));
+    const NoiseModel noise(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding);
+    const std::optional<Line> line = reader.line();
+    of.straight = of.straight && line && noise.straight();
+    const float saturation = reader.saturation();
+    const float deviation = std::sqrt(noise.variance(saturation));
+    for (std::size_t i = c; i < of.length; i += channels) {
+      of.black[i] = line.value_or(Line{}).zero;
+      of.scale[i] = line.value_or(Line{}).scale;
+      of.still[i] = noise.variance(0.0F);
+      of.shot[i] = noise.shot_per_signal();
+      of.least_noise[i] = noise.least();
+      of.saturated_from[i] = static_cast<float>(reader.saturated_from());
+      of.limit[i] = saturation - saturation_margin_sigmas * deviation;
+      of.dark_deviation[i] = std::sqrt(noise.variance(0.0F));
+      of.bound[i] = saturation / exposures.front();
+    }
+    of.signals.emplace_back(reader.table().begin(), reader.table().end());
+    of.noise.push_back(noise.table());
+  }
+  of.exposures = std::move(exposures);
   return of;
 }
 
@@ -126,28 +228,9 @@ void check_light(const HdrImage& image, const std::vector<float>& exposures,
   }
 }
 
-/// `count` values of one channel, the first at `begin`, `step` apart, of all frames.
-template <class Value>
-void read_block(const FrameReader<Value>& reader, const std::vector<const Value*>& frames,
-                std::size_t begin, std::size_t step, std::size_t count, Values& values) {
-  values.usable.fill(0);
-  for (std::size_t j = 0; j < frames.size(); ++j) {
-    const Value* from = frames[j] + begin;
-    float* to = &values.linear[j * block];
-    for (std::size_t i = 0; i < count; ++i) {
-      const Value value = from[i * step];
-      to[i] = reader.linear(value);
-      const bool counts =
-          values.usable[i] == static_cast<std::int32_t>(j) && !reader.saturated(value);
-      values.usable[i] += counts ? 1 : 0;
-    }
-  }
-}
-
 template <class Value>
 HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiometry,
                const std::string& name, const MergeOptions& options) {
-  using Reader = FrameReader<Value>;
   if (frames.empty()) throw InputError(name + ": there are no frames to merge; add at least one.");
   std::vector<const Exposed<Value>*> sorted;
   for (const Exposed<Value>& frame : frames) sorted.push_back(&frame);
@@ -168,30 +251,19 @@ HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiome
   HdrImage out{Image<float>(shape.width(), shape.height(), channels),
                Image<float>(shape.width(), shape.height(), channels),
                Image<std::uint8_t>(shape.width(), shape.height(), channels)};
-  std::vector<Reader> readers;  // by channel
-  std::vector<Weighing> weighings;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
-    readers.emplace_back(radiometry, static_cast<int>(c));
-    weighings.push_back(
-        weighing(readers.back(),
-                 NoiseModel(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding),
-                 exposures));
-  }
-  const auto width = static_cast<std::size_t>(shape.width());
-  for_rows(shape.height(), [&](int y) {
-    Values values;
-    values.linear.resize(pixels.size() * block);
-    for (std::size_t x = 0; x < width; x += block) {
-      const std::size_t count = std::min(block, width - x);
-      const std::size_t begin = (static_cast<std::size_t>(y) * width + x) * readers.size();
-      for (std::size_t c = 0; c < readers.size(); ++c) {
-        read_block(readers[c], pixels, begin + c, readers.size(), count, values);
-        weigh(weighings[c], count, values);
-        for (std::size_t i = 0, at = begin + c; i < count; ++i, at += readers.size()) {
-          out.radiance.values()[at] = values.radiance[i];
-          out.variance.values()[at] = values.variance[i];
-          out.flags.values()[at] = static_cast<std::uint8_t>(values.flags[i]);
-        }
+  const Weighing of = weighing<Value>(radiometry, static_cast<std::size_t>(channels), exposures);
+  for_pieces(out.flags.size(), 256 * of.length, [&](std::size_t, std::size_t at, std::size_t end) {
+    std::vector<float> linear(pixels.size() * block);
+    for (; at < end; at += of.length) {
+      const std::size_t count = std::min(of.length, end - at);
+      const Merged to{&out.radiance.values()[at], &out.variance.values()[at],
+                      &out.flags.values()[at]};
+      if constexpr (std::is_same_v<Value, float>) {
+        merge_floats(of, pixels, at, count, linear.data(), to);
+      } else if (of.straight) {
+        merge_codes(of, pixels, at, count, linear.data(), to);
+      } else {
+        merge_curved_codes(of, pixels, at, count, linear.data(), to);
       }
     }
   });

@@ -119,9 +119,11 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
     double blame;
   };
   std::vector<std::vector<Difference>> differences(frames.size());
+  std::vector<Seen> seen;
+  std::vector<double> radiances;
   for (std::size_t i = 0; i < frames.front().signal.size(); ++i) {
-    std::vector<Seen> seen;
-    std::vector<double> radiances;
+    seen.clear();
+    radiances.clear();
     for (std::size_t j = 0; j < frames.size(); ++j) {
       const float signal = frames[j].signal[i];
       if (!states[j] || !std::isfinite(signal)) continue;
@@ -141,8 +143,7 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
     }
     if (radiances.size() < 2) continue;
     const bool alone = radiances.size() == 2;
-    const double middle =
-        alone ? 0.5 * (radiances[0] + radiances[1]) : upper_median(std::move(radiances));
+    const double middle = alone ? 0.5 * (radiances[0] + radiances[1]) : upper_median(radiances);
     for (const Seen& one : seen) {
       if (!bright(one, middle)) continue;
       const double off = std::abs(one.radiance - middle);

@@ -24,6 +24,12 @@ NoiseModel::NoiseModel(const std::vector<double>& response, const Noise& noise, 
   }
   shot_per_signal_ = static_cast<float>(1.0 / noise.electrons_full_scale);
   least_ = 0.25F * table_.front();
+  constexpr float tolerance = 1e-3F;  // the entries' own
+  for (std::size_t i = 0; i < table_.size(); ++i) {
+    const float root = static_cast<float>(i) / (entries - 1);
+    const float sum = table_.front() + root * root * shot_per_signal_;
+    straight_ = straight_ && std::abs(sum - table_[i]) < tolerance * sum;
+  }
 }
 
 }  // namespace kappamu::capture

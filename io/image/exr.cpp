@@ -160,12 +160,10 @@ ExrImage read_exr(const fs::path& file, const SizeCheck& expected) {
   return image;
 }
 
-void write_exr_rows(const fs::path& file, const ExrHeader& header, const FillExrRows& fill,
-                    ExrPacking packing) {
+void write_exr_rows(const fs::path& file, const ExrHeader& header, const FillExrRows& fill) {
   const Region& data = header.data;
   check(data.width > 0 && data.height > 0 && !header.channels.empty(),
         "EXR image for " + file.string() + " is empty");
-  if (packing == ExrPacking::plain) return write_plain_exr(file, header, fill);
   OIIO::ImageSpec spec(data.width, data.height, static_cast<int>(header.channels.size()),
                        OIIO::TypeFloat);
   spec.x = data.left;
@@ -209,7 +207,7 @@ void write_exr(const fs::path& file, const ExrImage& image) {
       for (const float* plane : planes) *values++ = plane[begin + i];
     }
   };
-  write_exr_rows(file, header, fill, ExrPacking::zip);
+  write_exr_rows(file, header, fill);
 }
 
 }  // namespace kappamu::io

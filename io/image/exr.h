@@ -49,13 +49,10 @@ void read_exr_rows(const std::filesystem::path& file, const OpenExr& open,
 /// The same as a whole; throws InputError for a cropped one too (another data window).
 ExrImage read_exr(const std::filesystem::path& file, const SizeCheck& expected = {});
 
-/// How channels are packed. Pictures with noise become little smaller by ZIP, which takes many
-/// times as long as their photographs' decoding.
-enum class ExrPacking { zip, plain };
-
-/// `fill` may be asked twice for each row, and must give the same.
+/// Compressed by ZIP (uncompressed: plain_exr.h). `fill` may be asked twice for each row, and must
+/// give the same.
 void write_exr_rows(const std::filesystem::path& file, const ExrHeader& header,
-                    const FillExrRows& fill, ExrPacking packing);
+                    const FillExrRows& fill);
 
 /// ZIP. Every channel holds width * height values.
 void write_exr(const std::filesystem::path& file, const ExrImage& image);

@@ -92,7 +92,7 @@ void write_float_image(const fs::path& file, const Image<float>& image) {
   const auto fill = [&](int first, int rows, float* values) {
     std::copy_n(&image(0, first), static_cast<std::size_t>(rows) * row, values);
   };
-  write_exr_rows(file, header, fill, ExrPacking::zip);
+  write_exr_rows(file, header, fill);
 }
 
 void write_code_image(const fs::path& file, const Image<std::uint16_t>& image, int bit_depth) {

@@ -93,31 +93,20 @@ std::string header_text(const ExrHeader& header) {
   return text + '\0';
 }
 
-/// One row [x][channel] as the file has it, channel by channel.
-void pack(const ExrHeader& header, const std::vector<std::size_t>& order, const float* values,
-          char* to) {
-  const std::size_t channels = order.size();
-  const auto width = static_cast<std::size_t>(header.data.width);
-  for (const std::size_t c : order) {
-    const float* from = values + c;
-    if (!is_half(header, header.channels[c])) {
-      for (std::size_t x = 0; x < width; ++x)
-        std::memcpy(to + sizeof(float) * x, from + channels * x, sizeof(float));
-      to += sizeof(float) * width;
-      continue;
+/// As the file has values of 16 bits.
+char* pack_halves(const std::vector<float>& values, char* to) {
+  // Neighbours are mostly equal, as flags are.
+  std::uint32_t last = 0;
+  std::uint16_t bits = 0;
+  for (const float value : values) {
+    if (std::bit_cast<std::uint32_t>(value) != last) {
+      last = std::bit_cast<std::uint32_t>(value);
+      bits = half(value).bits();
     }
-    // Neighbours are mostly equal, as flags are.
-    std::uint32_t last = 0;
-    std::uint16_t bits = 0;
-    for (std::size_t x = 0; x < width; ++x, to += sizeof bits) {
-      const float value = from[channels * x];
-      if (std::bit_cast<std::uint32_t>(value) != last) {
-        last = std::bit_cast<std::uint32_t>(value);
-        bits = half(value).bits();
-      }
-      std::memcpy(to, &bits, sizeof bits);
-    }
+    std::memcpy(to, &bits, sizeof bits);
+    to += sizeof bits;
   }
+  return to;
 }
 
 /// Takes the attributes of a header apart; false where one is not as header_text() writes it.
@@ -196,32 +185,38 @@ class HeaderReader {
 
 }  // namespace
 
-void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillExrRows& fill) {
+void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillExrChannel& fill) {
+  const int height = header.data.height;
+  check(header.data.width > 0 && height > 0 && !header.channels.empty(),
+        "EXR image for " + file.string() + " is empty");
   const std::string text = header_text(header);
   const std::vector<std::size_t> order = file_order(header);
   const std::size_t row = row_bytes(header);
   std::string table;
-  for (std::uint64_t y = 0; y < static_cast<std::uint64_t>(header.data.height); ++y)
-    put(table, text.size() + 8 * static_cast<std::uint64_t>(header.data.height) + y * (8 + row));
-  constexpr int block = 16;
-  const std::size_t values = static_cast<std::size_t>(header.data.width) * order.size();
-  std::vector<float> values_of_row(values);  // one: it stays in the cache until it is packed
-  std::vector<char> packed((8 + row) * block);
-  write_stream_atomically(file, [&](std::ostream& out) {
+  for (std::uint64_t y = 0; y < static_cast<std::uint64_t>(height); ++y)
+    put(table, text.size() + 8 * static_cast<std::uint64_t>(height) + y * (8 + row));
+  std::vector<float> values(static_cast<std::size_t>(header.data.width));
+  std::vector<char> packed(8 + row);
+  const auto write = [&](std::ostream& out) {
     out << text << table;
-    for (int y = 0; y < header.data.height; y += block) {
-      const int count = std::min(block, header.data.height - y);
-      for (int k = 0; k < count; ++k) {
-        char* to = &packed[static_cast<std::size_t>(k) * (8 + row)];
-        const std::array<std::int32_t, 2> place{header.data.top + y + k,
-                                                static_cast<std::int32_t>(row)};
-        std::memcpy(to, place.data(), sizeof place);
-        fill(y + k, 1, values_of_row.data());
-        pack(header, order, values_of_row.data(), to + sizeof place);
+    for (int y = 0; y < height; ++y) {
+      const std::array<std::int32_t, 2> place{header.data.top + y, static_cast<std::int32_t>(row)};
+      std::memcpy(packed.data(), place.data(), sizeof place);
+      char* to = packed.data() + sizeof place;
+      for (const std::size_t c : order) {
+        fill(y, c, values.data());
+        if (is_half(header, header.channels[c])) {
+          to = pack_halves(values, to);
+        } else {
+          std::memcpy(to, values.data(), sizeof(float) * values.size());
+          to += sizeof(float) * values.size();
+        }
       }
-      out.write(packed.data(), static_cast<std::streamsize>((8 + row) * count));
+      out.write(packed.data(), to - packed.data());
     }
-  });
+  };
+  const bool large = row * static_cast<std::size_t>(height) >= cache_bypass;
+  write_stream_atomically(file, write, large ? Cache::bypassed : Cache::kept);
 }
 
 std::optional<PlainExrFile> PlainExrFile::open(const fs::path& file) {

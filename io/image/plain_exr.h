@@ -13,8 +13,12 @@
 
 namespace kappamu::io {
 
+/// Writes one channel, counted as the header's, of row `y` of the data window.
+using FillExrChannel = std::function<void(int y, std::size_t channel, float* values)>;
+/// Pictures with noise become little smaller by compression, which takes many times as long as
+/// their photographs' decoding.
 void write_plain_exr(const std::filesystem::path& file, const ExrHeader& header,
-                     const FillExrRows& fill);
+                     const FillExrChannel& fill);
 
 class PlainExrFile {
  public:

@@ -1,5 +1,6 @@
 #include "io/image/png_writer.h"
 
+#include <isa-l/crc.h>
 #include <isa-l/igzip_lib.h>
 #include <png.h>
 #include <zlib.h>
@@ -72,8 +73,7 @@ void append_chunk(const char* type, std::span<const std::uint8_t> data,
   const std::size_t checked = bytes.size();
   bytes.insert(bytes.end(), type, type + 4);
   bytes.insert(bytes.end(), data.begin(), data.end());
-  append_number(static_cast<std::uint32_t>(
-      ::crc32(0, bytes.data() + checked, static_cast<uInt>(bytes.size() - checked))));
+  append_number(crc32_gzip_refl(0, bytes.data() + checked, bytes.size() - checked));
 }
 
 /// Rows [first, last) as PNG stores them, each behind its filter's number: bytes from the highest
@@ -150,7 +150,7 @@ std::vector<std::uint8_t> write_in_strips(const PngPixels& pixels) {
     const int first = s * rows, last = std::min(pixels.height, first + rows);
     std::vector<std::uint8_t> bytes = filtered(pixels, first, last);
     Strip& strip = strips[static_cast<std::size_t>(s)];
-    strip.sum = ::adler32(1, bytes.data(), static_cast<uInt>(bytes.size()));
+    strip.sum = isal_adler32(1, bytes.data(), bytes.size());
     strip.length = static_cast<z_off_t>(bytes.size());
     std::vector<std::uint8_t> stream;
     if (s == 0) stream = {0x78, 0x01};  // zlib's header (RFC 1950): window of 32 KB, fastest

@@ -2,13 +2,13 @@
 
 #include <array>
 #include <cstdio>
-#include <fstream>
+#include <span>
 #include <system_error>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "core/error.h"
+#include "io/read_file.h"
 
 namespace kappamu::pipeline {
 
@@ -41,17 +41,11 @@ std::string Fingerprint::text() const {
 }
 
 std::string content_fingerprint(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::vector<char> buffer(1 << 16);
   XXH3_state_t state;
   XXH3_64bits_reset(&state);
-  while (in) {
-    in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    XXH3_64bits_update(&state, buffer.data(), static_cast<std::size_t>(in.gcount()));
-  }
-  if (!in.eof()) {
-    throw InputError("cannot read " + file.string() + "; check that it is there and readable");
-  }
+  io::read_parts(file, [&](std::span<const char> part) {
+    XXH3_64bits_update(&state, part.data(), part.size());
+  });
   return hexadecimal(XXH3_64bits_digest(&state));
 }
 

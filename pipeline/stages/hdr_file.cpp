@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "io/image/exr.h"
+#include "io/image/plain_exr.h"
 #include "io/text_stream.h"
 
 namespace kappamu::pipeline {
@@ -36,17 +36,18 @@ void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image
   std::string lines;
   for (const std::string& note : notes) lines.append(note).append("\n");
   if (!lines.empty()) header.attributes[notes_attribute] = lines;
-  const std::size_t row = static_cast<std::size_t>(header.data.width) * session.channels.size();
-  const auto fill = [&](int first, int rows, float* values) {
-    const std::size_t begin = static_cast<std::size_t>(first) * row;
-    const std::size_t end = begin + static_cast<std::size_t>(rows) * row;
-    for (std::size_t i = begin; i < end; ++i) {
-      *values++ = image.radiance.values()[i];
-      *values++ = image.variance.values()[i];
-      *values++ = static_cast<float>(image.flags.values()[i]);
-    }
+  const std::size_t channels = session.channels.size();
+  const auto width = static_cast<std::size_t>(header.data.width);
+  const auto fill = [&](int y, std::size_t channel, float* to) {
+    const std::size_t first = static_cast<std::size_t>(y) * width * channels + channel / 3;
+    const auto copy = [&](const auto* from) {
+      for (std::size_t x = 0; x < width; ++x) to[x] = static_cast<float>(from[x * channels]);
+    };
+    if (channel % 3 == 0) return copy(&image.radiance.values()[first]);
+    if (channel % 3 == 1) return copy(&image.variance.values()[first]);
+    copy(&image.flags.values()[first]);
   };
-  io::write_exr_rows(file, header, fill, io::ExrPacking::plain);
+  io::write_plain_exr(file, header, fill);
 }
 
 capture::HdrImage read_hdr(const std::filesystem::path& file,

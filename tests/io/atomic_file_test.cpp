@@ -5,10 +5,12 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <ostream>
+#include <span>
 
 #include "tests/io/support.h"
 
@@ -69,6 +71,56 @@ TEST_F(AtomicFile, StreamIsSeekable) {
   EXPECT_EQ(text.size(), 200'008U);
   EXPECT_EQ(text.substr(0, 5), "HEADx");
   EXPECT_EQ(text.substr(text.size() - 5), "xtail");
+}
+
+// Beyond the system's cache whole blocks alone may be written: sizes around theirs, and a turn
+// back.
+TEST_F(AtomicFile, BypassingTheCacheWritesTheSame) {
+  constexpr std::size_t block = std::size_t{1} << 22;
+  std::string text(2 * block + 8192, '\0');
+  for (std::size_t i = 0; i < text.size(); ++i) text[i] = static_cast<char>(i * 2654435761U >> 13);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{100}, std::size_t{4096}, block - 1,
+                                 block, block + 4096, 2 * block + 5000}) {
+    const auto in_parts = [&](std::ostream& out) {
+      for (std::size_t at = 0; at < size; at += 300'001)
+        out.write(&text[at],
+                  static_cast<std::streamsize>(std::min<std::size_t>(300'001, size - at)));
+    };
+    write_stream_atomically(folder_ / "a.bin", in_parts, Cache::bypassed);
+    EXPECT_EQ(read_text(folder_ / "a.bin", text.size()), text.substr(0, size)) << size;
+  }
+  const auto turning_back = [&](std::ostream& out) {
+    out.write(text.data(), static_cast<std::streamsize>(block + 10));
+    out.seekp(0);
+    out << "HEAD";
+    out.seekp(static_cast<std::streamoff>(block + 10));
+    out.write(&text[block + 10], 1000);
+  };
+  write_stream_atomically(folder_ / "a.bin", turning_back, Cache::bypassed);
+  EXPECT_EQ(read_text(folder_ / "a.bin", text.size()), "HEAD" + text.substr(4, block + 1006));
+}
+
+TEST_F(AtomicFile, PartsAreTheWhole) {
+  std::string text(200'000, 'x');
+  text += "end";
+  write_text_atomically(folder_ / "a.txt", text);
+  // What the system's cache is bypassed for: a hole, and an end that is no whole block.
+  std::ofstream(folder_ / "large.bin") << text;
+  fs::resize_file(folder_ / "large.bin", cache_bypass + 777);
+  std::string read;
+  read_parts(folder_ / "a.txt",
+             [&](std::span<const char> part) { read.append(part.data(), part.size()); });
+  EXPECT_EQ(read, text);
+  std::size_t size = 0, others = 0;
+  read_parts(folder_ / "large.bin", [&](std::span<const char> part) {
+    size += part.size();
+    others += static_cast<std::size_t>(
+        std::count_if(part.begin(), part.end(), [](char c) { return c != '\0'; }));
+  });
+  EXPECT_EQ(size, cache_bypass + 777);
+  EXPECT_EQ(others, text.size());
+  EXPECT_THAT(sentence_of([&] { read_parts(folder_ / "none", [](std::span<const char>) {}); }),
+              HasSubstr("none"));
 }
 
 TEST_F(AtomicFile, FailingWriterLeavesTheOldFileAndNoTemporary) {

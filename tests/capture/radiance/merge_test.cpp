@@ -108,6 +108,26 @@ TEST(MergeFrames, OrderOfFramesDoesNotMatter) {
   EXPECT_EQ(once.variance.values(), again.variance.values());
 }
 
+// A straight response is computed, a curve is looked up. One entry off the line makes it a curve.
+TEST(MergeFrames, CurvesAndLinesAgree) {
+  const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, straight_curve};
+  const Image<float> scene = smooth_scene(211, 97, 3, 0.003, 40.0);
+  const std::vector<ExposedFrame> stack = shoot_stack(camera, scene, seven_exposures(), 2);
+  Radiometry radiometry = true_radiometry(camera, 3);
+  const HdrImage line = merge_frames(stack, radiometry, "a");
+  for (std::vector<double>& linear : radiometry.response.linear) linear[2000] += 1e-7;
+  const HdrImage curve = merge_frames(stack, radiometry, "a");
+  std::size_t other_flags = 0;
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    const float variance = curve.variance.values()[i];
+    other_flags += line.flags.values()[i] != curve.flags.values()[i] ? 1 : 0;
+    ASSERT_NEAR(line.variance.values()[i] / variance, 1.0, 2e-3) << i;
+    ASSERT_NEAR(line.radiance.values()[i], curve.radiance.values()[i], 2e-3 * std::sqrt(variance))
+        << i;
+  }
+  EXPECT_LE(other_flags, scene.size() / 1000);
+}
+
 // N frames of each exposure: the mean stays, the variance is an N-th, as predicted.
 TEST(MergeFrames, RepeatsLowerTheVarianceAsTheySay) {
   const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, straight_curve};

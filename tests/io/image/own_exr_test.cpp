@@ -25,16 +25,14 @@ class OwnExr : public FolderTest {
     ExrHeader header{{8, 4, 24, 17}, 40, 30, {"R", "variance.R", "flags.R", "G", "B"}, {}};
     header.halves = {"flags.R"};
     header.attributes["notes"] = "one\ntwo";
-    const auto fill = [&](int first, int rows, float* values) {
-      for (int k = 0; k < rows * 24; ++k) {
-        for (std::size_t c = 0; c < 5; ++c) {
-          const float value = static_cast<float>(first * 24 + k) + 1000.0F * static_cast<float>(c);
-          *values++ = c == 2 ? static_cast<float>(k % 8) : value * 1.1F;
-        }
+    const auto fill = [&](int y, std::size_t c, float* values) {
+      for (int x = 0; x < 24; ++x) {
+        const float value = static_cast<float>(y * 24 + x) + 1000.0F * static_cast<float>(c);
+        values[x] = c == 2 ? static_cast<float>(x % 8) : value * 1.1F;
       }
     };
     const auto file = folder_ / "a.exr";
-    write_exr_rows(file, header, fill, ExrPacking::plain);
+    write_plain_exr(file, header, fill);
     return file;
   }
   static Values values_of(const std::filesystem::path& file, int step = 1) {
