@@ -115,20 +115,21 @@ def kernels(record):
 def scaling(record):
     figure, (time, count) = panels(2)
     rows = []
-    samples = [(math.prod(run["problem"]["grid"]), grid_name(run["problem"]["grid"]), s)
+    samples = [(math.prod(run["problem"]["grid"]), grid_name(run["problem"]["grid"]), s, run["problem"]["patterns"])
                for run in record["runs"] for s in run["samples"]]
-    for number, method in enumerate(unique(samples, lambda s: s[2]["method"])):
-        some = [s for s in samples if s[2]["method"] == method]
+    kind = lambda s: (s[2]["method"], s[3])
+    for number, method in enumerate(unique(samples, kind)):
+        some = [s for s in samples if kind(s) == method]
         cells, seconds = [s[0] for s in some], [s[2]["seconds_per_rhs"] for s in some]
-        label = solver_label(some[0][2])
+        label = f"{solver_label(some[0][2])}, {some[0][3]} pattern{'s' if some[0][3] > 1 else ''}"
         if number == 0:
             time.plot(cells, [seconds[-1] * n / cells[-1] for n in cells], "--", color=GREY,
                       label="proportional to unknowns")
         line(time, number, cells, seconds, label)
         line(count, number, cells, [s[2]["iterations"] for s in some], label)
         rows += [[grid, label, s["iterations"], f"{s['seconds_per_rhs']:.5f}",
-                  f"{1e9 * s['seconds_per_rhs'] / n:.1f}", f"{s['true_error']:.1e}"] for n, grid, s in some]
-    dress(time, "Cost against unknowns, cubes with inclusions, residual 1e-6, 16 patterns",
+                  f"{1e9 * s['seconds_per_rhs'] / n:.1f}", f"{s['true_error']:.1e}"] for n, grid, s, _ in some]
+    dress(time, "Cost against unknowns, cubes with inclusions, residual 1e-6",
           "unknowns per right-hand side", "seconds per right-hand side", "xy")
     dress(count, "Iterations against unknowns", "unknowns per right-hand side",
           "iterations of the slowest pattern", "x")
