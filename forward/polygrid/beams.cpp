@@ -39,8 +39,8 @@ void add_to(OfChannels& sum, const OfChannels& more) {
 /// Cells along a chord.
 class BeamWalks::Cells {
  public:
-  Cells(const Polygrid& grid, int first_cell, CellRay& ray)
-      : grid_(grid), first_cell_(first_cell), ray_(ray) {}
+  Cells(const Polygrid& grid, const CellFrames* frames, int first_cell, CellRay& ray)
+      : grid_(grid), frames_(frames), first_cell_(first_cell), ray_(ray) {}
 
   void start(const Chord& chord) {
     from_ = chord.from;
@@ -50,7 +50,7 @@ class BeamWalks::Cells {
     const CellPoint near =
         first_cell_ >= 0 ? CellPoint{first_cell_, Vector3d::Constant(0.5)} : ray_.at;
     first_cell_ = -1;
-    ray_ = ray_at(grid_, near, from_, direction_);
+    ray_ = ray_at(grid_, frames_, near, from_, direction_);
   }
 
   void resume(const Chord& chord, const PathPlace& place) {
@@ -75,7 +75,7 @@ class BeamWalks::Cells {
     }
     next.local = within(next.local);
     if (length < most) {
-      ray_ = ray_at(grid_, next, from_ + walked_ * direction_, direction_);
+      ray_ = ray_at(grid_, frames_, next, from_ + walked_ * direction_, direction_);
     } else {
       ray_.at = next;
     }
@@ -93,6 +93,7 @@ class BeamWalks::Cells {
   }
 
   const Polygrid& grid_;
+  const CellFrames* frames_;
   int first_cell_;  ///< −1: the path has begun
   CellRay& ray_;
   Vector3d from_ = Vector3d::Zero(), direction_ = Vector3d::Zero();  ///< of the chord [mm]
@@ -134,8 +135,9 @@ class BeamWalks::Marched {
   Left& left_;
 };
 
-BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps)
-    : grid_(grid), map_(map), keep_(steps == Steps::kept) {}
+BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps,
+                     const CellFrames* frames)
+    : grid_(grid), map_(map), frames_(frames), keep_(steps == Steps::kept) {}
 
 bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
   return keep_ &&
@@ -220,7 +222,8 @@ void BeamWalks::follow(const Walls& walls, Walk& walk, double remainder, double 
                        Left& left) const {
   const int side = map_.side_of(static_cast<std::size_t>(walk.path->enters()));
   const bool begun = walk.place.chords > 0;
-  Cells cells(grid_, begun ? -1 : grid_.boundary_cell[static_cast<std::size_t>(side)], walk.ray);
+  Cells cells(grid_, frames_, begun ? -1 : grid_.boundary_cell[static_cast<std::size_t>(side)],
+              walk.ray);
   if (walk.place.on_chord)
     cells.resume(*walk.path->chord(walk.place.chords - 1, walls), walk.place);
   BeamLight light = entering(*walk.path, walk.power, remainder);

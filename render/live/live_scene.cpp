@@ -44,8 +44,8 @@ bool same(const std::optional<EnvironmentLight>& a, const std::optional<Environm
 }  // namespace
 
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
-                     std::vector<std::string>& warnings)
-    : world_(scene, warnings),
+                     std::vector<std::string>& warnings, const ShapesKnown& shapes_known)
+    : world_(scene, warnings, shapes_known),
       shapes_(scene),
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
