@@ -1,4 +1,4 @@
-#include "app/viewer/frame.h"
+#include "app/viewer/opening/frame.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

@@ -1,4 +1,4 @@
-#include "app/viewer/opening.h"
+#include "app/viewer/opening/opening.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "app/viewer/drawing/display.h"
-#include "app/viewer/frame.h"
+#include "app/viewer/opening/frame.h"
 #include "app/viewer/overlay.h"
 #include "core/error.h"
 
