@@ -4,7 +4,7 @@
 
 namespace kappamu::app {
 
-ViewerTimes view(const render::Scene&, render::LiveScene&, const ViewerOptions&) {
+ViewerTimes view(const render::Scene&, const LiveMaker&, const ViewerOptions&) {
   throw InputError(
       "kappamu was built without its window; install the Debian packages libglfw3-dev, "
       "libimgui-dev "

@@ -88,11 +88,14 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
   options.width = arguments.width.value_or(
       options.script ? scene.film.width : std::max(usual_width, scene.film.width));
   options.height = std::max(1, options.width * scene.film.height / scene.film.width);
-  std::vector<std::string> warnings;
   const render::LiveOptions of_models{arguments.model.name, arguments.tolerance, globals.device,
                                       globals.seed, arguments.model.values()};
-  render::LiveScene live(scene, of_models, warnings);
-  for (const std::string& warning : warnings) progress->warn(warning);
+  const LiveMaker make = [&](const render::ShapesKnown& shapes_known) {
+    std::vector<std::string> warnings;
+    auto live = std::make_unique<render::LiveScene>(scene, of_models, warnings, shapes_known);
+    for (const std::string& warning : warnings) progress->warn(warning);
+    return live;
+  };
   options.another = [&scene, &of_models] {
     std::vector<std::string> known;
     return std::make_unique<render::LiveScene>(scene, of_models, known);
@@ -101,7 +104,7 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
     std::optional<TemporaryFolder> other;
     scene_of(path, other);
   };
-  const ViewerTimes times = view(scene, live, options);
+  const ViewerTimes times = view(scene, make, options);
   for (const std::string& warning : times.warnings) progress->warn(warning);
   if (times.interrupted) {
     std::signal(SIGINT, SIG_DFL);
@@ -117,7 +120,7 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
       return value ? nlohmann::json(*value) : nlohmann::json();
     };
     const nlohmann::json summary{{"model", times.last.model},
-                                 {"models", render::live_models(live.world())},
+                                 {"models", times.models},
                                  {"answers", times.answers},
                                  {"frames", times.frames},
                                  {"light_ms", times.light_ms},
@@ -125,7 +128,8 @@ bool look_at(ViewArguments& arguments, const Globals& globals) {
                                  {"shape_ms", times.shape_ms},
                                  {"frame_ms", times.frame_ms},
                                  {"event_ms", times.event_ms},
-                                 {"event_processor_ms", times.event_processor_ms},
+                                 {"picture_ms", times.picture_ms},
+                                 {"picture_processor_ms", times.picture_processor_ms},
                                  {"memory_bytes", peak_memory()},
                                  {"first_picture_s", times.first_picture_s},
                                  {"first_light_s", times.first_light_s},

@@ -15,6 +15,26 @@ Comparison::Comparison(const render::Scene& scene, std::unique_ptr<render::LiveS
   shown_.ask(held_);
 }
 
+std::unique_ptr<Comparison> compared_with(Compared with, render::Scene scene,
+                                          std::unique_ptr<render::LiveScene> live,
+                                          render::LiveQuestion now,
+                                          const std::function<render::Fur(std::size_t)>& fur_of,
+                                          std::function<void()> ready) {
+  if (with == Compared::unedited) {
+    render::LiveQuestion unedited;
+    unedited.lights = std::move(now.lights);
+    now = std::move(unedited);
+  } else {
+    now.shape.moving = false;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      if (scene.objects[i].fur) scene.objects[i].fur = fur_of(i);
+    }
+  }
+  return std::make_unique<Comparison>(scene, std::move(live), std::move(now),
+                                      with == Compared::kept ? "as it was" : "unedited",
+                                      std::move(ready));
+}
+
 void Comparison::light(const std::vector<render::Light>& lights) {
   held_.lights = lights;
   shown_.ask(held_);

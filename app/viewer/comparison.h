@@ -33,6 +33,14 @@ class Comparison {
   Shown shown_;
 };
 
+/// The scene as its file has it, under the lights of `now`, or as it is now, with fur as `fur_of`
+/// an object gives it.
+std::unique_ptr<Comparison> compared_with(Compared with, render::Scene scene,
+                                          std::unique_ptr<render::LiveScene> live,
+                                          render::LiveQuestion now,
+                                          const std::function<render::Fur(std::size_t)>& fur_of,
+                                          std::function<void()> ready);
+
 /// The state beside the one in hand, or none.
 class Beside {
  public:

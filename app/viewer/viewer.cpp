@@ -15,13 +15,14 @@
 #include "app/viewer/hand/mouse.h"
 #include "app/viewer/hand/strokes.h"
 #include "app/viewer/interrupt.h"
+#include "app/viewer/opening/frame.h"
+#include "app/viewer/opening/opening.h"
 #include "app/viewer/overlay.h"
 #include "app/viewer/panels.h"
 #include "app/viewer/script/script_player.h"
 #include "app/viewer/shaping.h"
 #include "app/viewer/view_state.h"
 #include "app/viewer/view_times.h"
-#include "app/viewer/window.h"
 #include "core/error.h"
 #include "core/processor_time.h"
 #include "io/image/image_file.h"
@@ -30,38 +31,31 @@ namespace kappamu::app {
 
 namespace {
 
-/// How long it waits before it looks whether Ctrl-C was pressed, and while work goes on [s].
+/// Before it looks whether Ctrl-C was pressed, and while work goes on [s].
 constexpr double longest_wait_s = 0.5, label_period_s = 0.1, playing_wait_s = 0.01,
                  longest_script_wait_s = 0.001;
 /// A view is traced once it has stood still for as long [s].
 constexpr double steady_s = 0.25;
-/// A picture narrower than this has the panel over it, and no line of state [px].
-constexpr int least_docked_px = 720;
 
 class Viewer {
  public:
-  Viewer(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options)
+  /// Keeps references to all but the options.
+  Viewer(const render::Scene& scene, const ViewerOptions& options, Window& window,
+         render::LiveScene& live, ViewTimes& times)
       : scene_(scene),
         options_(options),
         player_(options),
         live_(live),
-        times_(options.started),
+        times_(times),
         editing_(scene, live.world(), options, [this] { edited(); }),
         shaping_(live.world(), editing_.painter()),
-        state_(ViewState::of(scene, live.world())),
-        first_camera_(state_.camera),
+        state_(first_state(scene, ViewState::of(scene, live.world()), options, window.scale())),
         exposure_given_(scene.film.exposure.has_value()),
-        window_(options.width, options.height,
-                options.script ? WindowKind::hidden : WindowKind::shown),
+        window_(window),
         shown_(scene, live, [] { glfwPostEmptyEvent(); }),
-        samples_(scene.film.samples),
-        film_aspect_(static_cast<double>(scene.film.width) / scene.film.height) {
+        samples_(scene.film.samples) {
     if (editing_.painter().is_open()) state_.edits = options.edits->string();
     if (exposure_given_) state_.exposure = *scene.film.exposure;
-    state_.scale = window_.scale();
-    // What the film's width shows is shown, though the panel takes of it.
-    lay_out(options_.width, options_.height);
-    state_.zoom(std::max(1.0, film_aspect_ / state_.area.aspect()));
     if (shown_.fur().any()) state_.traced = false;  // traced pictures have no fur
     edited();
   }
@@ -87,15 +81,16 @@ class Viewer {
       // Drawing takes from diffusion what it needs of the processor: only where the picture
       // changes.
       follow_view();
-      const bool changed = window_.wait_for_events(state_.playing             ? playing_wait_s
-                                                   : working() || !looked_at_ ? label_period_s
-                                                                              : longest_wait_s);
-      if (state_.playing && !shown_.waiting()) turn_on();
+      const bool still = !working() && looked_at_ && !roughly_drawn_;
+      const bool changed = window_.wait_for_events(state_.playing ? playing_wait_s
+                                                   : still        ? longest_wait_s
+                                                                  : label_period_s);
       const bool worked = std::exchange(worked_, working());
       if (take_answer() || shown_.take_picture() || beside_.update() || shown_.update_fur() ||
-          worked != worked_) {
+          worked != worked_ || (roughly_drawn_ && !moving())) {
         window_.draw_again();
       }
+      if (state_.playing && !shown_.waiting()) turn_on();
       if (changed || (working() && since_drawn_.seconds() > label_period_s)) draw_frame();
     }
     ViewerTimes times = times_.result();
@@ -105,6 +100,7 @@ class Viewer {
     times.warnings = editing_.warnings();
     times.interrupted = interrupted_;
     times.opened = opened_;
+    times.models = render::live_models(live_.world());
     return times;
   }
 
@@ -112,6 +108,7 @@ class Viewer {
   void ask(const std::string& model = "") {
     if (!model.empty()) chosen_ = model;
     times_.asked();
+    since_asked_ = {};
     shown_.ask({state_.lights, editing_.painter().media(), chosen_, shaping_.question()});
   }
 
@@ -125,11 +122,14 @@ class Viewer {
     ask();
   }
 
-  bool waiting() const { return shown_.waiting() || beside_.waiting(); }
-  bool improving() const { return shown_.improving() || beside_.improving(); }
-  bool working() const {
-    return waiting() || improving() || shown_.making_fur() || beside_.making_fur();
+  /// Lights, objects or the view.
+  bool moving() const {
+    return since_asked_.seconds() < steady_s || (!options_.script && stood_.seconds() < steady_s);
   }
+
+  bool waiting() const { return shown_.waiting() || beside_.waiting(); }
+  bool improving() const { return waiting() || shown_.improving() || beside_.improving(); }
+  bool working() const { return improving() || shown_.making_fur() || beside_.making_fur(); }
 
   void look(const std::optional<render::PictureView>& view) {
     shown_.look(view);
@@ -140,22 +140,12 @@ class Viewer {
     beside_.show(nullptr);
     state_.compared = with;
     if (with == Compared::nothing) return;
-    render::LiveQuestion held;
-    held.lights = state_.lights;
-    render::Scene scene = scene_;
-    if (with == Compared::kept) {
-      held.media = editing_.painter().media();
-      held.model = chosen_;
-      held.shape = shaping_.question();
-      held.shape.moving = false;
-      for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-        if (scene.objects[i].fur) scene.objects[i].fur = editing_.painter().fur(i);
-      }
-    }
     try {
-      beside_.show(std::make_unique<Comparison>(scene, options_.another(), std::move(held),
-                                                with == Compared::kept ? "as it was" : "unedited",
-                                                [] { glfwPostEmptyEvent(); }));
+      beside_.show(compared_with(
+          with, scene_, options_.another(),
+          {state_.lights, editing_.painter().media(), chosen_, shaping_.question()},
+          [this](std::size_t object) { return editing_.painter().fur(object); },
+          [] { glfwPostEmptyEvent(); }));
     } catch (const InputError& error) {  // a file of the scene is there no more
       if (options_.script) throw;
       note_ = error.what();
@@ -182,7 +172,7 @@ class Viewer {
   /// A view is traced where it stays; in a script where it is written.
   void follow_view() {
     if (options_.script) {
-      lay_out(options_.width, options_.height);
+      lay_out(scene_, options_, options_.width, options_.height, state_);
       look(player_.takes_picture() && state_.traced ? std::optional(view()) : std::nullopt);
       return;
     }
@@ -212,20 +202,16 @@ class Viewer {
       state_.exposure = render::usual_exposure(live_.world(), answer, state_.camera.position_mm);
       exposure_given_ = true;
     }
-    times_.answered(answer);
+    times_.answered(answer, !shown_.waiting());
     return true;
   }
 
-  void lay_out(int width, int height) {
-    state_.docked = !options_.script || width >= least_docked_px;
-    state_.lay_out(width, height, film_aspect_);
-  }
-
-  /// The light in hand goes on turning round.
+  /// The light in hand goes on turning round: the next answer is worked on while the last is drawn.
   void turn_on() {
     state_.turn_on(played_.seconds());
     played_ = {};
-    window_.draw_again();
+    times_.begin_event();
+    follow_requests();
   }
 
   void draw_frame() {
@@ -234,28 +220,33 @@ class Viewer {
     shown_.update_fur();
     set_title();
     since_drawn_ = watch;
-    int width = options_.width, height = options_.height, across = width, high = height;
-    if (!options_.script) {
-      glfwGetFramebufferSize(window_.handle(), &width, &height);
-      glfwGetWindowSize(window_.handle(), &across, &high);
+    const FrameSize size = frame_size(window_, options_);
+    if (size.empty()) return;
+    lay_out(scene_, options_, size.across, size.high, state_);
+    density_ = size.density();
+    const Viewport at = size.viewport(state_);
+    Display& display = shown_.display();
+    roughly_drawn_ = moving() && !writing_;
+    const PictureDrawn now{
+        view(),           at, size, state_.exposure, state_.channel, state_.traced, roughly_drawn_,
+        display.version()};
+    // Fur and another state change by themselves.
+    if (!(drawn_ == now) || shown_.fur().any() || beside_.shown()) {
+      display.begin(size.width, size.height, roughly_drawn_ ? Edges::plain : Edges::smooth);
+      shown_.draw(state_, view(), at);
+      beside_.draw(state_, view(), at, shown_);
+      display.end();
+      drawn_ = beside_.shown() ? std::nullopt : std::optional(now);
     }
-    if (width < 1 || height < 1 || across < 1 || high < 1) return;
-    lay_out(across, high);
-    density_ = static_cast<float>(width) / static_cast<float>(across);
-    const PictureArea& area = state_.area;
-    const Viewport at{static_cast<int>(density_ * area.x),
-                      height - static_cast<int>(density_ * (area.y + area.height)), view().width,
-                      view().height};
-    shown_.display().begin(width, height);
-    shown_.draw(state_, view(), at);
-    beside_.draw(state_, view(), at, shown_);
-    shown_.display().end();
+    display.draw_over();
     draw_over();
-    if (!options_.script) {
-      shown_.display().show(width, height);
+    if (options_.script) {
+      display.finish();
+    } else {
+      display.show(size.width, size.height);
       glfwSwapBuffers(window_.handle());
     }
-    times_.drawn(watch.milliseconds(), !shown_.waiting());
+    times_.drawn(watch.milliseconds());
   }
 
   void draw_over() {
@@ -292,7 +283,7 @@ class Viewer {
     for (const KeyEvent& event : window_.take_key_events()) {
       if (ImGui::GetIO().WantTextInput || closing_) continue;
       editing_.obey(asked_by(event), state_.edits);
-      follow_view_key(event, first_camera_, state_);
+      follow_view_key(event, scene_.camera, state_);
     }
   }
 
@@ -324,19 +315,25 @@ class Viewer {
     title_ = title;
   }
 
-  /// One command of the script, once the picture is of the light as it stands; for a screenshot,
-  /// once it is as exact as asked.
+  /// One command of the script, once what was asked is answered, for a screenshot exactly enough.
   void play() {
     follow_view();
-    if (waiting() || (player_.takes_picture() && improving())) {
-      if (take_answer()) draw_frame();
+    if (player_.takes_picture() ? improving() : waiting()) {
+      if (take_answer()) {
+        // As for a hand that goes on: the next answer is worked on while this one is drawn.
+        if (player_.turns_light() && !waiting()) obey_script();
+        draw_frame();
+      }
       shown_.take_picture();
       beside_.update();
       window_.wait_for_events(longest_script_wait_s);
       return;
     }
     done_ = player_.finished();
-    if (done_) return;
+    if (!done_) obey_script();
+  }
+
+  void obey_script() {
     Stage stage{state_,
                 editing_,
                 shaping_,
@@ -358,8 +355,10 @@ class Viewer {
     // Two frames: a panel that has just appeared takes its size in the first.
     shown_.finish_fur();
     beside_.finish_fur();
+    writing_ = true;
     draw_frame();
     draw_frame();
+    writing_ = false;
     io::write_image(file, shown_.display().picture());
     screenshots_.push_back(file.string());
   }
@@ -369,40 +368,42 @@ class Viewer {
   ScriptPlayer player_;
   std::optional<Pointed> pointed_;
   render::LiveScene& live_;
-  ViewTimes times_;
+  ViewTimes& times_;
   Editing editing_;
   Shaping shaping_;
   ViewState state_;
-  const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
   bool worked_ = false;   ///< at the last look
   bool closing_ = false;  ///< it is asked what becomes of unsaved edits
-  Window window_;
+  Window& window_;
   Shown shown_;
   FurHand fur_hand_{shown_.fur(), editing_};
-  const int samples_;  ///< rays a pixel of traced pictures
-  const double film_aspect_;
-  render::PictureView wanted_;  ///< that the window last showed
-  Stopwatch stood_;             ///< since it is that
-  bool looked_at_ = false;      ///< for long enough to be traced
-  float density_ = 1.0F;        ///< pixels per unit of screen coordinates
-  Stopwatch since_drawn_;
+  const int samples_;                             ///< rays a pixel of traced pictures
+  render::PictureView wanted_;                    ///< that the window last showed
+  Stopwatch stood_;                               ///< since it is that
+  bool looked_at_ = false;                        ///< for long enough to be traced
+  float density_ = 1.0F;                          ///< pixels per unit of screen coordinates
+  Stopwatch since_drawn_, since_asked_, played_;  ///< the light in hand turned
+  bool roughly_drawn_ = false;                    ///< with one sample a pixel
+  std::optional<PictureDrawn> drawn_;
+  bool writing_ = false;  ///< the picture to a file
   std::vector<std::string> screenshots_;
   bool interrupted_ = false;
   std::optional<std::string> opened_;
   std::string title_, chosen_, note_;
   Mouse mouse_;
   Strokes strokes_{editing_, shaping_};
-  Stopwatch played_;  ///< since the light in hand turned
-  Panels panels_{live_, options_, editing_, shaping_, shown_, first_camera_};
+  Panels panels_{live_, options_, editing_, shaping_, shown_, scene_.camera};
   Beside beside_;
 };
 
 }  // namespace
 
-ViewerTimes view(const render::Scene& scene, render::LiveScene& live,
-                 const ViewerOptions& options) {
-  return Viewer(scene, live, options).run();
+ViewerTimes view(const render::Scene& scene, const LiveMaker& make, const ViewerOptions& options) {
+  ViewTimes times(options.started);
+  const Opened opened = open_window(scene, make, options, times);
+  if (!opened.live) return times.result();
+  return Viewer(scene, options, *opened.window, *opened.live, times).run();
 }
 
 }  // namespace kappamu::app

@@ -32,20 +32,26 @@ struct ViewerOptions {
 struct ViewerTimes {
   int answers = 0, frames = 0;
   double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
-  /// From a light, edit or shape that changes to the picture of its answer, by the clock and by the
+  double event_ms = 0.0;  ///< from a light, edit or shape that changes to its picture, by the clock
+  /// From one such picture to the next where changes follow each other, by the clock and by the
   /// processor's time of all threads.
-  double event_ms = 0.0, event_processor_ms = 0.0;
+  double picture_ms = 0.0, picture_processor_ms = 0.0;
   std::map<std::string, double> shape_ms{};  ///< answers to shapes that moved, by [M]'s mode
   double first_picture_s = 0.0, first_light_s = 0.0;  ///< since the command began
   double settled_s = 0.0;  ///< when the first answer was as exact as asked
   render::LiveAnswer last;
+  std::vector<std::string> models;  ///< that can answer
   std::vector<std::string> screenshots, saved, warnings;
   bool interrupted = false;           ///< by Ctrl-C
   std::optional<std::string> opened;  ///< file that was dropped on the window, to be looked at next
 };
 
-/// Until the window is closed or the script ends. Throws InputError where no window can be opened,
-/// or this build has none.
-ViewerTimes view(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options);
+/// Makes what is looked at; the shapes are given away before the rest is made.
+using LiveMaker =
+    std::function<std::unique_ptr<render::LiveScene>(const render::ShapesKnown& shapes_known)>;
+
+/// Until the window is closed or the script ends. Throws InputError as `make`, and where no window
+/// can be opened or this build has none.
+ViewerTimes view(const render::Scene& scene, const LiveMaker& make, const ViewerOptions& options);
 
 }  // namespace kappamu::app

@@ -56,48 +56,66 @@ class OnceScattered {
   const std::vector<double> table_;
 };
 
+std::vector<Colour> once_of(const LiveAnswer& answer, std::size_t index,
+                            const WorldObject& object) {
+  const OnceScattered once(answer, index, object);
+  std::vector<Colour> result(object.surface.size());
+  for_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) result[t] = once.exitance(t);
+  });
+  return result;
+}
+
 }  // namespace
 
 LitCorners::LitCorners(const World& world) : world_(world) {
   for (const WorldObject& object : world.objects()) {
     averages_.emplace_back(object.mesh, object.surface);
-    corners_ += 3 * object.mesh.triangles.size();
   }
 }
 
-std::vector<float> LitCorners::geometry() const {
-  std::vector<float> floats;
-  floats.reserve(corners_ * geometry_floats);
+LitCorners::Geometry LitCorners::geometry() {
+  Geometry geometry;
+  corners_.clear();
+  std::size_t before = 0;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
     const WorldObject& object = world_.objects()[i];
+    const SharedCorners& shared = corners_.emplace_back(averages_[i].shared());
     const auto normals =
-        averages_[i].of<Vector3d>(Vector3d::Zero(), [&](std::size_t t) -> Vector3d {
+        averages_[i].of<Vector3d>(shared, Vector3d::Zero(), [&](std::size_t t) -> Vector3d {
           return object.world_from_object.rotation * object.surface.normal[t];
         });
-    for (std::size_t t = 0; t < object.mesh.triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto vertex = static_cast<std::size_t>(object.mesh.triangles[t][k]);
-        append(object.world_from_object * object.mesh.vertices[vertex], floats);
-        append(normals[t][k].normalized(), floats);
-        floats.push_back(static_cast<float>(i));
-      }
+    for (std::size_t c = 0; c < shared.first.size(); ++c) {
+      const std::size_t corner = shared.first[c];
+      const auto vertex = static_cast<std::size_t>(object.mesh.triangles[corner / 3][corner % 3]);
+      append(object.world_from_object * object.mesh.vertices[vertex], geometry.corners);
+      append(normals[c].normalized(), geometry.corners);
+      geometry.corners.push_back(static_cast<float>(i));
     }
+    for (std::array<std::uint32_t, 3> of_triangle : shared.of_triangle) {
+      for (std::uint32_t& corner : of_triangle) corner += static_cast<std::uint32_t>(before);
+      geometry.triangles.push_back(of_triangle);
+    }
+    before += shared.first.size();
   }
-  return floats;
+  return geometry;
 }
 
-std::vector<float> LitCorners::light(const LiveAnswer& answer) const {
-  std::vector<float> floats(corners_ * light_floats);
-  float* out = floats.data();
+template <int sources>
+std::vector<float> LitCorners::light_of(const LiveAnswer& answer) const {
+  using All = Eigen::Array<float, light_floats(sources), 1>;
+  std::vector<float> floats;
+  std::size_t corners = 0;
+  for (const SharedCorners& shared : corners_) corners += shared.first.size();
+  floats.reserve(corners * light_floats(sources));
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
     const WorldObject& object = world_.objects()[i];
-    const OnceScattered once(answer, i, object);
+    const std::vector<Colour> once = once_of(answer, i, object);
     const ObjectExitance& of = answer.exitance[i];
     const SurfaceLight& surface = answer.surface[i];
     const BoundaryConstants& boundary = surface.boundary;
     const double transmitted = boundary.eta * boundary.eta * (1.0 - boundary.r_phi);
-    using All = Eigen::Array<float, light_floats, 1>;
-    std::vector<All> triangles(object.surface.size(), All::Zero());
+    std::vector<All> triangles(object.surface.size());
     for_ranges(triangles.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
         const Colour exitance(of.exitance[0][t], of.exitance[1][t], of.exitance[2][t]);
@@ -105,25 +123,41 @@ std::vector<float> LitCorners::light(const LiveAnswer& answer) const {
         if (!of.diffuse[0].empty()) {
           entering = transmitted * Colour(of.diffuse[0][t], of.diffuse[1][t], of.diffuse[2][t]);
         }
-        triangles[t].segment<3>(0) = (exitance - entering - once.exitance(t)).cast<float>();
+        triangles[t].template segment<3>(0) =
+            (exitance - entering - once[t]).template cast<float>();
         // What a body emits leaves as what enters diffusely does, refracted alone.
         if (!surface.glow.empty()) {
           entering += std::numbers::pi * (1.0 - boundary.r_phi) * surface.glow[t];
         }
-        triangles[t].segment<3>(3) = entering.cast<float>();
-        triangles[t].segment<3>(6) = (*surface.albedo)[t].cast<float>();
-        for (std::size_t s = 0; s < surface.arriving.size(); ++s) {
-          triangles[t].segment<3>(9 + 3 * static_cast<Eigen::Index>(s)) = surface.arriving[s][t];
+        triangles[t].template segment<3>(3) = entering.template cast<float>();
+        triangles[t].template segment<3>(6) = (*surface.albedo)[t].template cast<float>();
+        for (std::size_t s = 0; s < static_cast<std::size_t>(sources); ++s) {
+          triangles[t].template segment<3>(9 + 3 * static_cast<Eigen::Index>(s)) =
+              surface.arriving[s][t];
         }
       }
     });
-    const auto corners = averages_[i].of<All>(
-        All::Zero(), [&](std::size_t t) -> const All& { return triangles[t]; });
-    for (const auto& triangle : corners) {
-      for (const All& corner : triangle) out = std::copy(corner.begin(), corner.end(), out);
-    }
+    const auto of_corners = averages_[i].template of<All>(
+        corners_[i], All::Zero(), [&](std::size_t t) -> const All& { return triangles[t]; });
+    for (const All& corner : of_corners) floats.insert(floats.end(), corner.begin(), corner.end());
   }
   return floats;
+}
+
+std::vector<float> LitCorners::light(const LiveAnswer& answer) const {
+  static_assert(most_drawn_sources == 4);
+  switch (answer.sources.size()) {
+    case 0:
+      return light_of<0>(answer);
+    case 1:
+      return light_of<1>(answer);
+    case 2:
+      return light_of<2>(answer);
+    case 3:
+      return light_of<3>(answer);
+    default:
+      return light_of<4>(answer);
+  }
 }
 
 std::vector<float> object_table(const std::vector<SurfaceLight>& surfaces) {

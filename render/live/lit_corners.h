@@ -4,6 +4,8 @@
 // objects and surfaces are not. At rest the picture is traced (render/live/live_picture.h).
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "render/live/live_scene.h"
@@ -15,19 +17,29 @@ class LitCorners {
  public:
   static constexpr int geometry_floats = 7;  ///< position [mm], normal, number of the object
   /// R, G, B each: M − E_t − M₁, E_t, σs'/σt', and the irradiance of each source.
-  static constexpr int light_floats = 9 + 3 * static_cast<int>(most_drawn_sources);
+  static constexpr int light_floats(std::size_t sources) {
+    return 9 + 3 * static_cast<int>(sources);
+  }
 
   /// Keeps a reference to the world.
   explicit LitCorners(const World& world);
 
-  std::size_t corners() const { return corners_; }           ///< three per triangle, of all objects
-  std::vector<float> geometry() const;                       ///< [corner][geometry_floats]
-  std::vector<float> light(const LiveAnswer& answer) const;  ///< [corner][light_floats]
+  struct Geometry {
+    std::vector<float> corners;                           ///< [corner][geometry_floats]
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< corners of each, of all objects
+  };
+  /// Of the shapes as they are, whose corners light() is of from then on.
+  Geometry geometry();
+  /// [corner][light_floats] of the answer's sources; after geometry().
+  std::vector<float> light(const LiveAnswer& answer) const;
 
  private:
+  template <int sources>
+  std::vector<float> light_of(const LiveAnswer& answer) const;
+
   const World& world_;
-  std::size_t corners_ = 0;
   std::vector<CornerAverage> averages_;
+  std::vector<SharedCorners> corners_;  ///< of each object
 };
 
 /// Cosines of the view that a row of object_table() has reflectances of, evenly from 0 to 1.

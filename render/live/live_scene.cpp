@@ -34,8 +34,8 @@ bool same(const ObjectMedia& a, const ObjectMedia& b) {
 }  // namespace
 
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
-                     std::vector<std::string>& warnings)
-    : world_(scene, warnings),
+                     std::vector<std::string>& warnings, const ShapesKnown& shapes_known)
+    : world_(scene, warnings, shapes_known),
       shapes_(scene),
       options_(options),
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),

@@ -39,7 +39,9 @@ class LiveScene {
  public:
   /// Reads what the scene names; models are prepared where they first answer. Throws InputError as
   /// World does.
-  LiveScene(const Scene& scene, const LiveOptions& options, std::vector<std::string>& warnings);
+  LiveScene(
+      const Scene& scene, const LiveOptions& options, std::vector<std::string>& warnings,
+      const ShapesKnown& shapes_known = [](const World&) {});
   ~LiveScene();
 
   /// As it is drawn and picked: shapes are those of the last show().

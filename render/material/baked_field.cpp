@@ -38,6 +38,91 @@ GridShape voxels_over(const Eigen::AlignedBox3d& box, double detail,
   return shape;
 }
 
+/// Puts a field into voxels.
+class Baker {
+ public:
+  /// Voxels further outside than this many edges are never looked up, but have to be coefficients.
+  static constexpr double looked_up = 2.0;
+
+  Baker(const MaterialField& field, const TriangleMesh& mesh, const GridShape& shape,
+        const Vector3d& corner, io::VolumeSet& set)
+      : field_(field),
+        places_(mesh),
+        shape_(shape),
+        corner_(corner),
+        beyond_away_(looked_up * shape.voxel_mm),
+        deepest_(field.deepest_mm()),
+        set_(set) {
+    double outside = 0.0;
+    beyond_ = field.at(
+        places_.at(mesh.vertices[static_cast<std::size_t>(mesh.triangles[0][0])], 0, outside));
+  }
+
+  void bake() {
+    constexpr int edge = 16;
+    const Eigen::Array3i size(shape_.nx, shape_.ny, shape_.nz);
+    const Eigen::Array3i bricks = (size + (edge - 1)) / edge;
+    for_rows(bricks.prod(), [&](int brick) {
+      const Eigen::Array3i first =
+          edge * Eigen::Array3i(brick % bricks[0], brick / bricks[0] % bricks[1],
+                                brick / (bricks[0] * bricks[1]));
+      fill(first, (first + edge).min(size), 0);
+    });
+  }
+
+ private:
+  Vector3d middle_of(const Eigen::Array3i& voxel) const {
+    return corner_ + shape_.voxel_mm * (voxel.cast<double>() + 0.5).matrix();
+  }
+
+  /// Voxels from `first` to before `last`; `near`: a triangle that may be close. The distance to
+  /// the surface changes by no more than the way: of voxels that need not know it, one alone is
+  /// asked for it.
+  void fill(const Eigen::Array3i& first, const Eigen::Array3i& last, int near) {
+    const Vector3d low = middle_of(first), high = middle_of(last - 1);
+    const double reach = 0.5 * (high - low).norm();
+    double away = 0.0;
+    Place place = places_.at(0.5 * (low + high), near, away);
+    const bool outside = away - reach >= beyond_away_;
+    if (outside || reach == 0.0 || place.depth - reach >= deepest_) {
+      for (int z = first[2]; z < last[2]; ++z) {
+        for (int y = first[1]; y < last[1]; ++y) {
+          for (int x = first[0]; x < last[0]; ++x) {
+            place.point = middle_of({x, y, z});
+            set(shape_.index(x, y, z), outside ? beyond_ : field_.at(place));
+          }
+        }
+      }
+      return;
+    }
+    const Eigen::Array3i half = (first + last) / 2;
+    for (int part = 0; part < 8; ++part) {
+      Eigen::Array3i from = first, to = half;
+      for (int axis = 0; axis < 3; ++axis) {
+        if ((part >> axis & 1) == 0) continue;
+        from[axis] = half[axis];
+        to[axis] = last[axis];
+      }
+      if ((from < to).all()) fill(from, to, place.triangle);
+    }
+  }
+
+  void set(std::size_t voxel, const ColourCoefficients& here) {
+    for (std::size_t c = 0; c < here.size(); ++c) {
+      set_.media[c].kappa[voxel] = here[c].kappa;
+      set_.media[c].mu[voxel] = here[c].mu;
+    }
+  }
+
+  const MaterialField& field_;
+  SurfacePlaces places_;
+  GridShape shape_;
+  Vector3d corner_;
+  double beyond_away_, deepest_;
+  ColourCoefficients beyond_;
+  io::VolumeSet& set_;
+};
+
 bool all_equal(const io::VolumeSet& set) {
   return std::all_of(set.media.begin(), set.media.end(), [&](const Medium& medium) {
     return medium.kappa.values() == set.media[0].kappa.values() &&
@@ -51,40 +136,10 @@ Baked baked(const MaterialField& field, const TriangleMesh& mesh,
             std::vector<std::string>& warnings) {
   const Eigen::AlignedBox3d box = bounding_box(mesh);
   const GridShape shape = voxels_over(box, field.detail_mm(), warnings);
-  const SurfacePlaces places(mesh);
   Baked result{{}, box.min()};
   result.set.channels = {"R", "G", "B"};
   result.set.media.assign(3, {Volume<double>(shape), Volume<double>(shape)});
-  // Voxels that the body does not reach are never looked up, but have to be coefficients.
-  double outside = 0.0;
-  const ColourCoefficients beyond = field.at(
-      places.at(mesh.vertices[static_cast<std::size_t>(mesh.triangles[0][0])], 0, outside));
-  const double h = shape.voxel_mm, deepest = field.deepest_mm();
-  for_rows(shape.nz * shape.ny, [&](int row) {
-    const int y = row % shape.ny, z = row / shape.ny;
-    Place place;
-    double away = 0.0;
-    // The distance to the surface changes by no more than the way: voxels ahead that need not know
-    // it are not asked where the surface is.
-    int alike = 0;
-    for (int x = 0; x < shape.nx; ++x) {
-      const Vector3d point = box.min() + h * Vector3d(x + 0.5, y + 0.5, z + 0.5);
-      if (alike > 0) {
-        --alike;
-        place.point = point;
-      } else {
-        place = places.at(point, place.triangle, away);
-        const double spare = away > 0.0 ? away - 2.0 * h : place.depth - deepest;
-        if (spare > 0.0) alike = static_cast<int>(std::min(spare / h, 1.0 * shape.nx));
-      }
-      const ColourCoefficients here = away < 2.0 * h ? field.at(place) : beyond;
-      const std::size_t i = shape.index(x, y, z);
-      for (std::size_t c = 0; c < here.size(); ++c) {
-        result.set.media[c].kappa[i] = here[c].kappa;
-        result.set.media[c].mu[i] = here[c].mu;
-      }
-    }
-  });
+  Baker(field, mesh, shape, box.min(), result.set).bake();
   if (all_equal(result.set)) {
     result.set.media.resize(1);
     result.set.channels = {"grey"};

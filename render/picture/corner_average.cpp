@@ -23,4 +23,39 @@ CornerAverage::CornerAverage(const TriangleMesh& mesh, const Surface& surface, d
   }
 }
 
+SharedCorners CornerAverage::shared() const {
+  constexpr std::size_t most_told_apart = 64;  // triangles round a vertex, by the bits of a word
+  SharedCorners shared;
+  shared.of_triangle.resize(mesh_.triangles.size());
+  std::vector<std::uint64_t> joins(3 * mesh_.triangles.size(), 0);
+  for_ranges(mesh_.triangles.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t corner = 3 * begin; corner < 3 * end; ++corner) {
+      const std::size_t t = corner / 3;
+      const auto vertex = static_cast<std::size_t>(mesh_.triangles[t][corner % 3]);
+      const std::size_t first = first_[vertex], last = first_[vertex + 1];
+      if (last - first > most_told_apart) continue;
+      for (std::size_t i = first; i < last; ++i) {
+        if (joined(t, around_[i])) joins[corner] |= std::uint64_t{1} << (i - first);
+      }
+    }
+  });
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> last_of_vertex(mesh_.vertices.size(), none), before;
+  for (std::size_t corner = 0; corner < joins.size(); ++corner) {
+    const auto vertex = static_cast<std::size_t>(mesh_.triangles[corner / 3][corner % 3]);
+    std::uint32_t same = last_of_vertex[vertex];
+    while (same != none && (joins[corner] == 0 || joins[shared.first[same]] != joins[corner])) {
+      same = before[same];
+    }
+    if (same == none) {
+      same = static_cast<std::uint32_t>(shared.first.size());
+      shared.first.push_back(corner);
+      before.push_back(last_of_vertex[vertex]);
+      last_of_vertex[vertex] = same;
+    }
+    shared.of_triangle[corner / 3][corner % 3] = same;
+  }
+  return shared;
+}
+
 }  // namespace kappamu::render

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/shown_text.h"
@@ -191,6 +192,14 @@ ObjectMedia media_of(const io::VolumeSet& voxel, const std::string& source) {
 }
 
 ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing) {
+  io::VolumeSet needed;
+  needed.channels = set.channels;
+  needed.media = set.media;
+  needed.eta = set.eta;
+  return media_of(std::move(needed), placing);
+}
+
+ObjectMedia media_of(io::VolumeSet&& set, const Placing& placing) {
   ObjectMedia media;
   media.source = placing.source;
   media.eta = set.eta;
@@ -200,9 +209,9 @@ ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing) {
       media.channels[c] = media.channels[0];
       continue;
     }
-    media.channels[c] =
-        std::make_shared<const ObjectMedium>(std::make_shared<const Medium>(set.media[indices[c]]),
-                                             placing.object_from_volume.inverse(), placing.wrap);
+    media.channels[c] = std::make_shared<const ObjectMedium>(
+        std::make_shared<const Medium>(std::move(set.media[indices[c]])),
+        placing.object_from_volume.inverse(), placing.wrap);
   }
   return media;
 }
@@ -212,8 +221,8 @@ ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& res
   if (const auto* alike = std::get_if<HomogeneousMaterial>(&object.material)) {
     return media_of(one_voxel(*alike), alike->source);
   }
-  const PlacedVolume placed = placed_volume(object, rest, mesh, std::nullopt, warnings);
-  return media_of(placed.set, placed.placing);
+  PlacedVolume placed = placed_volume(object, rest, mesh, std::nullopt, warnings);
+  return media_of(std::move(placed.set), placed.placing);
 }
 
 }  // namespace kappamu::render

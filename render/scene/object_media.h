@@ -59,6 +59,8 @@ io::VolumeSet one_voxel(const HomogeneousMaterial& material);
 
 /// Throws InputError naming the source unless the volume has channels R, G, B, or one for all.
 ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing);
+/// The same, with the set's own voxels.
+ObjectMedia media_of(io::VolumeSet&& set, const Placing& placing);
 /// Of one voxel: the same everywhere.
 ObjectMedia media_of(const io::VolumeSet& voxel, const std::string& source);
 

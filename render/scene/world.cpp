@@ -30,7 +30,7 @@ TriangleMesh deformed_mesh(const SceneObject& object, const TriangleMesh& rest,
   }
 }
 
-WorldObject make_world_object(const SceneObject& object, std::vector<std::string>& warnings) {
+WorldObject make_shape(const SceneObject& object, std::vector<std::string>& warnings) {
   WorldObject made;
   made.name = object.name;
   made.rest = make_object_mesh(object, warnings);
@@ -39,24 +39,38 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
   if (object.polycube) made.polycube = io::read_polycube(*object.polycube);
-  const EditedObject edited(object, made.rest, made.mesh, *made.rays);
-  warnings.insert(warnings.end(), edited.warnings().begin(), edited.warnings().end());
-  made.media = edited.media();
-  made.boundary = boundary_constants(made.media.eta.value_or(1.3));
-  made.roughness = *made.media.roughness;
-  if (object.finish.detail.any()) {
-    try {
-      made.maps = std::make_shared<const SurfaceMaps>(
-          object.finish.detail, made.mesh,
-          object.finish.detail.reflectance_measured
-              ? measured_reflectance(object.material, made.rest, made.mesh)
-              : nullptr);
-    } catch (const InputError& error) {
-      throw InputError("object '" + object.name + "': " + error.what());
-    }
-  }
   made.emission = object.emission;
   return made;
+}
+
+ObjectMedia media_in(const WorldObject& made, const SceneObject& object,
+                     std::vector<std::string>& warnings) {
+  if (object.edits) {
+    const EditedObject edited(object, made.rest, made.mesh, *made.rays);
+    warnings.insert(warnings.end(), edited.warnings().begin(), edited.warnings().end());
+    return edited.media();
+  }
+  ObjectMedia media = make_object_media(object, made.rest, made.mesh, warnings);
+  if (object.finish.eta) media.eta = object.finish.eta;
+  media.roughness = object.finish.roughness;
+  return media;
+}
+
+void make_material(const SceneObject& object, WorldObject& made,
+                   std::vector<std::string>& warnings) {
+  made.media = media_in(made, object, warnings);
+  made.boundary = boundary_constants(made.media.eta.value_or(1.3));
+  made.roughness = *made.media.roughness;
+  if (!object.finish.detail.any()) return;
+  try {
+    made.maps = std::make_shared<const SurfaceMaps>(
+        object.finish.detail, made.mesh,
+        object.finish.detail.reflectance_measured
+            ? measured_reflectance(object.material, made.rest, made.mesh)
+            : nullptr);
+  } catch (const InputError& error) {
+    throw InputError("object '" + object.name + "': " + error.what());
+  }
 }
 
 }  // namespace
@@ -77,10 +91,11 @@ void expect_memory(std::size_t triangles, const std::string& object) {
 
 }  // namespace
 
-World::World(const Scene& scene, std::vector<std::string>& warnings) {
+World::World(const Scene& scene, std::vector<std::string>& warnings,
+             const ShapesKnown& shapes_known) {
   TriangleMesh all;
   for (const SceneObject& object : scene.objects) {
-    objects_.push_back(make_world_object(object, warnings));
+    objects_.push_back(make_shape(object, warnings));
     const WorldObject& made = objects_.back();
     first_triangle_.push_back(all.triangles.size());
     expect_memory(all.triangles.size() + made.mesh.triangles.size(), object.name);
@@ -109,6 +124,10 @@ World::World(const Scene& scene, std::vector<std::string>& warnings) {
     }
   }
   set_lights(scene.lights);
+  shapes_known(*this);
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    make_material(scene.objects[i], objects_[i], warnings);
+  }
 }
 
 void World::set_lights(const std::vector<Light>& lights) {

@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -53,12 +54,18 @@ struct WorldHit {
   Eigen::Vector3d position, normal;  ///< the triangle's normal, outward
 };
 
+class World;
+/// Takes a world whose shapes can be seen, before it is known what they are made of.
+using ShapesKnown = std::function<void(const World&)>;
+
 class World {
  public:
   /// Reads everything the scene names. Throws InputError naming object, light or camera: no mesh,
   /// no volume, a deformation that the shape does not bear, objects that overlap, the camera or a
   /// spot or projector inside an object.
-  World(const Scene& scene, std::vector<std::string>& warnings);
+  World(
+      const Scene& scene, std::vector<std::string>& warnings,
+      const ShapesKnown& shapes_known = [](const World&) {});
   /// A second world of the same media, whose shapes move on their own.
   World(const World& other);
 

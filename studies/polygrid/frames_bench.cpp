@@ -117,6 +117,7 @@ render::LightSources sun_at(double degrees) {
 class Drawing {
  public:
   explicit Drawing(const render::World& world) : world_(world), corners_(world) {
+    corners_.geometry();
     albedo_ = std::make_shared<const std::vector<render::Colour>>(
         render::albedo_below(world.objects()[0]));
   }

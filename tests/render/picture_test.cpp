@@ -211,6 +211,38 @@ TEST(CornerAverage, KeepsCreasesAndConstants) {
   }
 }
 
+TEST(CornerAverage, SharedCornersHaveTheSameValuesOnce) {
+  Scene scene = sphere_scene();
+  for (const char* shape : {"cube", "sphere", "cylinder"}) {
+    scene.objects[0].shape = std::string(shape);
+    std::vector<std::string> warnings;
+    const World world(scene, warnings);
+    const WorldObject& object = world.objects()[0];
+    const CornerAverage average(object.mesh, object.surface);
+    const auto value = [&](std::size_t t) { return object.surface.position[t]; };
+    const Vector3d zero = Vector3d::Zero();
+    const auto corners = average.of<Vector3d>(zero, value);
+    const SharedCorners shared = average.shared();
+    const auto once = average.of<Vector3d>(shared, zero, value);
+    ASSERT_EQ(shared.of_triangle.size(), corners.size());
+    for (std::size_t t = 0; t < corners.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t first = shared.first[shared.of_triangle[t][k]];
+        EXPECT_EQ(corners[t][k], once[shared.of_triangle[t][k]]) << shape << " " << t;
+        EXPECT_EQ(object.mesh.triangles[t][k], object.mesh.triangles[first / 3][first % 3]);
+      }
+    }
+    // A smooth vertex has one, those of a cube's edges two and its corners three.
+    const std::size_t vertices = object.mesh.vertices.size();
+    if (std::string(shape) == "sphere") {
+      EXPECT_EQ(once.size(), vertices);
+    } else {
+      EXPECT_GT(once.size(), vertices);
+      EXPECT_LT(once.size(), 2 * vertices);
+    }
+  }
+}
+
 TEST(Ggx, ReflectsNoMoreThanArrivesAndItsSamplesHaveTheirDensity) {
   for (const double roughness : {0.1, 0.4, 1.0}) {
     const Ggx surface(1.5, roughness);

@@ -22,9 +22,9 @@ using render::LitCorners;
 
 constexpr GLint samples_per_pixel = 4;  ///< where the driver has as many
 
-GLuint compiled(GLenum kind, const char* source) {
+GLuint compiled(GLenum kind, const std::string& defined, const char* source) {
   const GLuint shader = glCreateShader(kind);
-  const std::array<const char*, 4> texts{shaders::version,
+  const std::array<const char*, 5> texts{shaders::version, defined.c_str(),
                                          kind == GL_VERTEX_SHADER ? "" : shaders::tone,
                                          kind == GL_VERTEX_SHADER ? "" : shaders::sky, source};
   glShaderSource(shader, static_cast<GLsizei>(texts.size()), texts.data(), nullptr);
@@ -41,10 +41,10 @@ GLuint compiled(GLenum kind, const char* source) {
 
 }  // namespace
 
-unsigned linked_program(const char* vertex, const char* fragment) {
+unsigned linked_program(const char* vertex, const char* fragment, const std::string& defined) {
   const GLuint program = glCreateProgram();
-  for (const GLuint shader :
-       {compiled(GL_VERTEX_SHADER, vertex), compiled(GL_FRAGMENT_SHADER, fragment)}) {
+  for (const GLuint shader : {compiled(GL_VERTEX_SHADER, defined, vertex),
+                              compiled(GL_FRAGMENT_SHADER, defined, fragment)}) {
     glAttachShader(program, shader);
     glDeleteShader(shader);
   }
@@ -103,22 +103,16 @@ Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, do
   return (clip * view).cast<float>();
 }
 
-Canvas::Canvas(const std::vector<float>& geometry)
-    : surface_(linked_program(shaders::surface_vertex, shaders::surface_fragment)),
-      whole_(linked_program(shaders::whole_vertex, shaders::whole_fragment)),
-      corners_(static_cast<int>(geometry.size()) / LitCorners::geometry_floats) {
+Canvas::Canvas(const LitCorners::Geometry& geometry)
+    : whole_(linked_program(shaders::whole_vertex, shaders::whole_fragment)) {
   glGenVertexArrays(1, &nothing_);
   glGenVertexArrays(1, &array_);
-  glBindVertexArray(array_);
-  glGenBuffers(1, &geometry_);
-  glBindBuffer(GL_ARRAY_BUFFER, geometry_);
-  upload_floats(geometry, GL_STATIC_DRAW);
-  set_attributes(0, {3, 3, 1});
-  glGenBuffers(1, &light_);
-  glBindBuffer(GL_ARRAY_BUFFER, light_);
-  upload_floats(std::vector<float>(static_cast<std::size_t>(corners_) * LitCorners::light_floats),
+  for (unsigned* buffer : {&geometry_, &triangles_, &light_}) glGenBuffers(1, buffer);
+  set_geometry(geometry);
+  set_sources({});
+  upload_floats(std::vector<float>(geometry.corners.size() / LitCorners::geometry_floats *
+                                   LitCorners::light_floats(0)),
                 GL_STREAM_DRAW);
-  set_attributes(3, std::vector<int>(LitCorners::light_floats / 3, 3));
   for (unsigned* texture : {&objects_, &sky_, &traced_}) {
     glGenTextures(1, texture);
     glBindTexture(GL_TEXTURE_2D, *texture);
@@ -129,26 +123,46 @@ Canvas::Canvas(const std::vector<float>& geometry)
 }
 
 Canvas::~Canvas() {
-  for (const unsigned program : {surface_, whole_}) glDeleteProgram(program);
+  glDeleteProgram(whole_);
+  for (const auto& [parts, program] : surfaces_drawn_) glDeleteProgram(program);
   for (const unsigned* array : {&array_, &nothing_}) glDeleteVertexArrays(1, array);
-  for (const unsigned* buffer : {&geometry_, &light_}) glDeleteBuffers(1, buffer);
+  for (const unsigned* buffer : {&geometry_, &triangles_, &light_}) glDeleteBuffers(1, buffer);
   for (const unsigned* texture : {&objects_, &sky_, &traced_}) glDeleteTextures(1, texture);
-  for (const unsigned* frame : {&frame_, &fine_frame_}) glDeleteFramebuffers(1, frame);
-  for (const unsigned* buffer : {&colour_, &fine_colour_, &fine_depth_}) {
+  for (const unsigned* frame : {&frame_, &fine_frame_, &over_frame_}) {
+    glDeleteFramebuffers(1, frame);
+  }
+  for (const unsigned* buffer : {&colour_, &depth_, &fine_colour_, &fine_depth_, &over_colour_}) {
     glDeleteRenderbuffers(1, buffer);
   }
 }
 
-void Canvas::set_geometry(const std::vector<float>& geometry) {
+void Canvas::set_geometry(const LitCorners::Geometry& geometry) {
+  glBindVertexArray(array_);
   glBindBuffer(GL_ARRAY_BUFFER, geometry_);
-  upload_floats(geometry, GL_STREAM_DRAW);
+  upload_floats(geometry.corners, GL_STREAM_DRAW);
+  set_attributes(0, {3, 3, 1});
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, triangles_);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(geometry.triangles.size() * sizeof geometry.triangles[0]),
+               geometry.triangles.data(), GL_STREAM_DRAW);
+  corners_ = 3 * static_cast<int>(geometry.triangles.size());
+}
+
+/// Leaves the buffer of light bound.
+void Canvas::set_sources(const std::vector<Eigen::Vector4d>& sources) {
+  glBindVertexArray(array_);
+  glBindBuffer(GL_ARRAY_BUFFER, light_);
+  set_attributes(3, std::vector<int>(3 + sources.size(), 3));
+  for (std::size_t s = sources.size(); s < render::most_drawn_sources; ++s) {
+    glDisableVertexAttribArray(static_cast<GLuint>(6 + s));
+  }
+  sources_.clear();
+  for (const Eigen::Vector4d& source : sources) sources_.push_back(source.cast<float>());
 }
 
 void Canvas::set_light(const LitCorners& corners, const render::LiveAnswer& answer) {
-  glBindBuffer(GL_ARRAY_BUFFER, light_);
+  set_sources(answer.sources);
   upload_floats(corners.light(answer), GL_STREAM_DRAW);
-  sources_.clear();
-  for (const Eigen::Vector4d& source : answer.sources) sources_.push_back(source.cast<float>());
   std::vector<float> surfaces;
   for (const render::SurfaceLight& surface : answer.surface) {
     surfaces.push_back(static_cast<float>(surface.boundary.eta));
@@ -193,8 +207,8 @@ void Canvas::resize(int width, int height) {
   width_ = width;
   height_ = height;
   if (frame_ == 0) {
-    for (unsigned* frame : {&frame_, &fine_frame_}) glGenFramebuffers(1, frame);
-    for (unsigned* buffer : {&colour_, &fine_colour_, &fine_depth_}) {
+    for (unsigned* frame : {&frame_, &fine_frame_, &over_frame_}) glGenFramebuffers(1, frame);
+    for (unsigned* buffer : {&colour_, &depth_, &fine_colour_, &fine_depth_, &over_colour_}) {
       glGenRenderbuffers(1, buffer);
     }
   }
@@ -205,6 +219,13 @@ void Canvas::resize(int width, int height) {
   glBindRenderbuffer(GL_RENDERBUFFER, colour_);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
+  glBindRenderbuffer(GL_RENDERBUFFER, depth_);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
+  glBindFramebuffer(GL_FRAMEBUFFER, over_frame_);
+  glBindRenderbuffer(GL_RENDERBUFFER, over_colour_);
+  glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, over_colour_);
   glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
   glBindRenderbuffer(GL_RENDERBUFFER, fine_colour_);
   glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_RGBA8, width, height);
@@ -214,14 +235,28 @@ void Canvas::resize(int width, int height) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, fine_depth_);
 }
 
-void Canvas::begin(int width, int height) {
+void Canvas::begin(int width, int height, Edges edges) {
   resize(width, height);
-  glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
+  edges_ = edges;
+  glBindFramebuffer(GL_FRAMEBUFFER, edges == Edges::smooth ? fine_frame_ : frame_);
   glViewport(0, 0, width, height);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_BLEND);
   glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+/// For the lights as they are: a software renderer computes what a shader would only pass over.
+unsigned Canvas::surface_program(bool lit) {
+  const std::pair parts{lit ? static_cast<int>(sources_.size()) : -1, lit && has_sky_};
+  unsigned& program = surfaces_drawn_[parts];
+  if (program == 0) {
+    program = linked_program(shaders::surface_vertex, shaders::surface_fragment,
+                             "#define LIT " + std::to_string(lit ? 1 : 0) + "\n#define SOURCES " +
+                                 std::to_string(std::max(0, parts.first)) + "\n#define SKY " +
+                                 std::to_string(parts.second ? 1 : 0) + "\n");
+  }
+  return program;
 }
 
 /// What both programs take.
@@ -239,7 +274,7 @@ void Canvas::use(unsigned program, const Seen& seen) const {
   glActiveTexture(GL_TEXTURE0);
   glBindTexture(GL_TEXTURE_2D, sky_);
   glActiveTexture(GL_TEXTURE1);
-  glBindTexture(GL_TEXTURE_2D, program == surface_ ? objects_ : traced_);
+  glBindTexture(GL_TEXTURE_2D, program == whole_ ? traced_ : objects_);
   glActiveTexture(GL_TEXTURE0);
 }
 
@@ -259,13 +294,12 @@ void Canvas::draw(const Seen& seen, const Viewport& at) {
   }
   if (seen.traced) return;
   glEnable(GL_DEPTH_TEST);
-  use(surface_, seen);
-  const auto place = [&](const char* name) { return glGetUniformLocation(surface_, name); };
+  const unsigned program = surface_program(seen.exposure.has_value());
+  use(program, seen);
+  const auto place = [&](const char* name) { return glGetUniformLocation(program, name); };
   const Eigen::Vector3f eye = seen.camera.position_mm.cast<float>();
   glUniformMatrix4fv(place("clip_from_world"), 1, GL_FALSE, matrix.data());
   glUniform3fv(place("eye"), 1, eye.data());
-  glUniform1i(place("lit"), seen.exposure ? 1 : 0);
-  glUniform1i(place("sources"), static_cast<GLint>(sources_.size()));
   if (!sources_.empty()) {
     glUniform4fv(place("source"), static_cast<GLsizei>(sources_.size()), sources_[0].data());
   }
@@ -273,28 +307,40 @@ void Canvas::draw(const Seen& seen, const Viewport& at) {
   // Bodies are closed. Their far side would show through along contours, dark and in single pixels.
   glEnable(GL_CULL_FACE);
   glCullFace(GL_BACK);
-  glDrawArrays(GL_TRIANGLES, 0, corners_);
+  glDrawElements(GL_TRIANGLES, corners_, GL_UNSIGNED_INT, nullptr);
   glDisable(GL_CULL_FACE);
 }
 
-void Canvas::end() {
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, fine_frame_);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);
+void Canvas::copy(unsigned from, unsigned to) const {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, from);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to);
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+}
+
+void Canvas::end() {
+  if (edges_ == Edges::smooth) copy(fine_frame_, frame_);
+}
+
+void Canvas::draw_over() {
+  copy(frame_, over_frame_);
+  glBindFramebuffer(GL_FRAMEBUFFER, over_frame_);
   glViewport(0, 0, width_, height_);
 }
 
 void Canvas::show(int window_width, int window_height) const {
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, over_frame_);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
   glBlitFramebuffer(0, 0, width_, height_, 0, 0, window_width, window_height, GL_COLOR_BUFFER_BIT,
                     GL_NEAREST);
 }
 
+void Canvas::finish() const {
+  glFinish();
+}
+
 Image<std::uint8_t> Canvas::picture() const {
   Image<std::uint8_t> flipped(width_, height_, 3), image(width_, height_, 3);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, over_frame_);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, flipped.values().data());
   for (int y = 0; y < height_; ++y) {

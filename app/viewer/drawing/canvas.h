@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/image.h"
@@ -16,6 +19,7 @@ namespace kappamu::app {
 /// Part of a picture, from its bottom left corner [px].
 struct Viewport {
   int x = 0, y = 0, width = 0, height = 0;
+  bool operator==(const Viewport&) const = default;
 };
 
 /// What is drawn.
@@ -29,7 +33,8 @@ struct Seen {
 };
 
 /// Throws InputError where OpenGL refuses a shader. Fragment shaders have shaders::tone and sky.
-unsigned linked_program(const char* vertex, const char* fragment);
+/// `defined`: lines before both.
+unsigned linked_program(const char* vertex, const char* fragment, const std::string& defined = "");
 /// Attributes of the bound vertex array, from `first` on, of so many floats each, interleaved in
 /// the bound buffer.
 void set_attributes(unsigned first, const std::vector<int>& sizes);
@@ -38,16 +43,19 @@ void upload_floats(const std::vector<float>& values, unsigned usage);
 Eigen::Matrix4f clip_from_world(const render::Camera& camera, double near_mm, double far_mm,
                                 double aspect);
 
+/// Several samples a pixel, or one, which takes less time.
+enum class Edges { smooth, plain };
+
 class Canvas {
  public:
   /// With a context current. Throws InputError where it refuses the shaders.
-  explicit Canvas(const std::vector<float>& geometry);
+  explicit Canvas(const render::LitCorners::Geometry& geometry);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
 
-  /// Of as many corners as before, elsewhere.
-  void set_geometry(const std::vector<float>& geometry);
+  /// The light of its corners is set next.
+  void set_geometry(const render::LitCorners::Geometry& geometry);
   void set_light(const render::LitCorners& corners, const render::LiveAnswer& answer);
   /// Behind the objects and in their reflections; none: dark.
   void set_sky(const std::optional<render::Environment>& sky);
@@ -56,23 +64,33 @@ class Canvas {
   void set_traced(const Image<float>& radiance);
 
   /// Empties a picture of this size.
-  void begin(int width, int height);
+  void begin(int width, int height, Edges edges);
   /// Into what is bound: its own picture, or another canvas'.
   void draw(const Seen& seen, const Viewport& at);
-  /// Leaves the picture bound, so that a panel can be drawn over it.
   void end();
+  /// Binds a copy of the picture, which a panel can be drawn over; the picture stays. Both calls
+  /// below are of the copy.
+  void draw_over();
   void show(int window_width, int window_height) const;
+  void finish() const;
   Image<std::uint8_t> picture() const;
 
  private:
   void resize(int width, int height);
+  void copy(unsigned from, unsigned to) const;
+  void set_sources(const std::vector<Eigen::Vector4d>& sources);
+  unsigned surface_program(bool lit);
   void use(unsigned program, const Seen& seen) const;
 
-  unsigned surface_ = 0, whole_ = 0;  ///< programs
-  unsigned array_ = 0, geometry_ = 0, light_ = 0, nothing_ = 0;
+  unsigned whole_ = 0;  ///< program
+  /// By the number of sources, -1 without light, and whether there is a sky.
+  std::map<std::pair<int, bool>, unsigned> surfaces_drawn_;
+  unsigned array_ = 0, geometry_ = 0, triangles_ = 0, light_ = 0, nothing_ = 0;
   unsigned objects_ = 0, sky_ = 0, traced_ = 0;                 ///< textures
-  unsigned frame_ = 0, colour_ = 0;                             ///< the picture
+  unsigned frame_ = 0, colour_ = 0, depth_ = 0;                 ///< the picture
   unsigned fine_frame_ = 0, fine_colour_ = 0, fine_depth_ = 0;  ///< several samples a pixel
+  unsigned over_frame_ = 0, over_colour_ = 0;                   ///< with what is drawn over it
+  Edges edges_ = Edges::smooth;                                 ///< of the last begin()
   int corners_ = 0, width_ = 0, height_ = 0;
   std::vector<Eigen::Vector4f> sources_;
   std::vector<float> surfaces_;  ///< that `objects_` is of: η and roughness of each

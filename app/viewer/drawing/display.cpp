@@ -6,6 +6,7 @@
 namespace kappamu::app {
 
 void Display::take(const render::LiveAnswer& answer, const std::vector<render::Light>& lights) {
+  ++version_;
   traced_.reset();
   if (!answer.moved.empty()) canvas_.set_geometry(corners_.geometry());
   canvas_.set_light(corners_, answer);
@@ -13,6 +14,7 @@ void Display::take(const render::LiveAnswer& answer, const std::vector<render::L
 }
 
 void Display::take(const Answers::Traced& traced) {
+  ++version_;
   canvas_.set_traced(traced.picture.radiance);
   traced_ = traced.view;
 }
@@ -33,16 +35,20 @@ void Display::take_sky(const std::vector<render::Light>& lights) {
   sky_ = sky;
 }
 
-void Display::draw(const ViewState& state, const render::PictureView& view, bool lit,
-                   const Viewport& at) {
+Seen seen_from(const ViewState& state, double diameter_mm) {
   const double distance = (state.camera.position_mm - state.centre).norm();
-  const double radius = world_.diameter();
   Seen seen;
   seen.camera = state.camera;
-  if (lit) seen.exposure = state.exposure;
   seen.channel = state.channel;
-  seen.near_mm = std::max(0.01 * distance, distance - radius);
-  seen.far_mm = distance + radius;
+  seen.near_mm = std::max(0.01 * distance, distance - diameter_mm);
+  seen.far_mm = distance + diameter_mm;
+  return seen;
+}
+
+void Display::draw(const ViewState& state, const render::PictureView& view, bool lit,
+                   const Viewport& at) {
+  Seen seen = seen_from(state, world_.diameter());
+  if (lit) seen.exposure = state.exposure;
   seen.traced = lit && state.traced && traced_ == view;
   if (fur_ != nullptr && lit && !seen.traced) {
     fur_canvas_->draw(canvas_, seen, at, *fur_);

@@ -46,32 +46,34 @@ layout(location = 2) in float object;
 layout(location = 3) in vec3 outflow;
 layout(location = 4) in vec3 entering;
 layout(location = 5) in vec3 albedo;
-layout(location = 6) in vec3 arriving0;
-layout(location = 7) in vec3 arriving1;
-layout(location = 8) in vec3 arriving2;
-layout(location = 9) in vec3 arriving3;
+#if SOURCES > 0
+layout(location = 6) in vec3 arriving_of[SOURCES];
+centroid out vec3 arriving[SOURCES];
+#endif
 uniform mat4 clip_from_world;
-centroid out vec3 at, facing, out_flow, in_flow, once, arriving[4];
+centroid out vec3 at, facing, out_flow, in_flow, once;
 out vec3 place, turned;
 flat out int which;
 void main() {
   place = position; turned = normal;
   at = position; facing = normal; out_flow = outflow; in_flow = entering; once = albedo;
-  arriving[0] = arriving0; arriving[1] = arriving1;
-  arriving[2] = arriving2; arriving[3] = arriving3;
+#if SOURCES > 0
+  arriving = arriving_of;
+#endif
   which = int(object + 0.5);
   gl_Position = clip_from_world * vec4(position, 1.0);
 }
 )";
 
 inline constexpr const char* surface_fragment = R"(
-centroid in vec3 at, facing, out_flow, in_flow, once, arriving[4];
+centroid in vec3 at, facing, out_flow, in_flow, once;
 in vec3 place, turned;  // at the pixel's centre, as derivatives need them
 flat in int which;
 uniform vec3 eye;
-uniform bool lit;
-uniform int sources;
-uniform vec4 source[4];
+#if SOURCES > 0
+centroid in vec3 arriving[SOURCES];
+uniform vec4 source[SOURCES];
+#endif
 uniform sampler2D objects;
 out vec4 colour;
 const float pi = 3.14159265358979;
@@ -96,12 +98,15 @@ void main() {
   // Along a contour a pixel holds cosines from 0 on: one of them alone would be dark in places.
   float within = 0.4 * fwidth(dot(normalize(turned), normalize(eye - place)));
   float c = clamp(max(dot(normal, view), min(within, 0.5)), 1e-3, 1.0);
-  if (!lit) { colour = shown(vec3(0.05 + 0.25 * c) / exposure); return; }
+#if LIT == 0
+  colour = shown(vec3(0.05 + 0.25 * c) / exposure);
+#else
   float inside = inside_of(c, eta);
   float through = (1.0 - reflectance_of(c, eta)) / (eta * eta);
   vec3 radiance = through * ((2.0 * surface.y + 3.0 * inside) / (4.0 * pi) * out_flow +
                              in_flow / (pi * (1.0 - surface.z)));
-  for (int i = 0; i < sources; ++i) {
+#if SOURCES > 0
+  for (int i = 0; i < SOURCES; ++i) {
     vec3 light = normalize(source[i].xyz - source[i].w * at);
     float l = dot(normal, light);
     if (l <= 0.0) continue;
@@ -116,15 +121,17 @@ void main() {
     radiance += arriving[i] * reflectance_of(min(1.0, dot(facet, light)), eta) * a2 /
                 (pi * t * t) * masking / (4.0 * c);
   }
-  if (has_sky) {
-    float place = c * float(textureSize(objects, 0).x - 2);
-    int below = min(int(place), textureSize(objects, 0).x - 3);
-    float reflected = mix(texelFetch(objects, ivec2(1 + below, which), 0).x,
-                          texelFetch(objects, ivec2(2 + below, which), 0).x, place - float(below));
-    float blur = log2(1.0 + 0.5 * alpha * float(textureSize(sky_image, 0).x));
-    radiance += reflected * sky(reflect(-view, normal), blur);
-  }
+#endif
+#if SKY == 1
+  float row = c * float(textureSize(objects, 0).x - 2);
+  int below = min(int(row), textureSize(objects, 0).x - 3);
+  float reflected = mix(texelFetch(objects, ivec2(1 + below, which), 0).x,
+                        texelFetch(objects, ivec2(2 + below, which), 0).x, row - float(below));
+  float blur = log2(1.0 + 0.5 * alpha * float(textureSize(sky_image, 0).x));
+  radiance += reflected * sky(reflect(-view, normal), blur);
+#endif
   colour = shown(radiance);
+#endif
 }
 )";
 

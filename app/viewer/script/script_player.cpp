@@ -21,6 +21,10 @@ bool ScriptPlayer::takes_picture() const {
   return !finished() && std::holds_alternative<script::Screenshot>(commands_[next_]);
 }
 
+bool ScriptPlayer::turns_light() const {
+  return !finished() && std::holds_alternative<script::TurnLight>(commands_[next_]);
+}
+
 void ScriptPlayer::play(Stage& stage) {
   const script::Command& command = commands_[next_++];
   std::visit([&](const auto& what) { obey(what, stage); }, command);

@@ -42,6 +42,8 @@ class ScriptPlayer {
   bool finished() const { return next_ == commands_.size(); }
   /// Whether the next command writes the picture.
   bool takes_picture() const;
+  /// Whether the next command turns a light and no more.
+  bool turns_light() const;
   /// The next command; throws InputError naming the script.
   void play(Stage& stage);
 

@@ -1,0 +1,137 @@
+#include "app/viewer/opening/opening.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <future>
+#include <mutex>
+#include <optional>
+
+#include "app/viewer/drawing/display.h"
+#include "app/viewer/opening/frame.h"
+#include "app/viewer/overlay.h"
+#include "core/error.h"
+
+namespace kappamu::app {
+
+namespace {
+
+/// Between looks whether shapes are known or all is made [s].
+constexpr double look_again_s = 0.005;
+/// Of a world whose materials are being made.
+struct Shapes {
+  render::LitCorners::Geometry geometry;
+  ViewState state;
+  double diameter_mm = 0.0;
+};
+
+/// Hands shapes from one thread to another.
+class ShapesBox {
+ public:
+  void put(Shapes shapes) {
+    const std::lock_guard lock(mutex_);
+    shapes_ = std::move(shapes);
+  }
+  std::optional<Shapes> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(shapes_, std::nullopt);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::optional<Shapes> shapes_;
+};
+
+/// Shapes without light, and that the rest is being made.
+class Preview {
+ public:
+  Preview(Shapes shapes, const render::Scene& scene, const ViewerOptions& options, Window& window)
+      : scene_(scene),
+        options_(options),
+        window_(window),
+        state_(first_state(scene, std::move(shapes.state), options, window.scale())),
+        diameter_mm_(shapes.diameter_mm),
+        canvas_(shapes.geometry) {}
+
+  void draw(double seconds) {
+    const FrameSize size = frame_size(window_, options_);
+    if (size.empty()) return;
+    lay_out(scene_, options_, size.across, size.high, state_);
+    canvas_.begin(size.width, size.height, Edges::plain);
+    canvas_.draw(seen_from(state_, diameter_mm_), size.viewport(state_));
+    canvas_.end();
+    canvas_.draw_over();
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    if (state_.docked) {
+      Answers::Work work;
+      work.stage = "materials";
+      work.seconds = seconds;
+      draw_status(state_, nullptr, 0.0, work);
+    }
+    ImGui::Render();
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    if (options_.script) return canvas_.finish();
+    canvas_.show(size.width, size.height);
+    glfwSwapBuffers(window_.handle());
+  }
+
+ private:
+  const render::Scene& scene_;
+  const ViewerOptions& options_;
+  Window& window_;
+  ViewState state_;
+  double diameter_mm_;
+  Canvas canvas_;
+};
+
+}  // namespace
+
+ViewState first_state(const render::Scene& scene, ViewState state, const ViewerOptions& options,
+                      float scale) {
+  state.scale = scale;
+  lay_out(scene, options, options.width, options.height, state);
+  state.zoom(std::max(
+      1.0, static_cast<double>(scene.film.width) / scene.film.height / state.area.aspect()));
+  return state;
+}
+
+Opened open_window(const render::Scene& scene, const LiveMaker& make, const ViewerOptions& options,
+                   ViewTimes& times) {
+  ShapesBox box;
+  const Stopwatch since;
+  std::future<std::unique_ptr<render::LiveScene>> made = std::async(std::launch::async, [&] {
+    return make([&](const render::World& world) {
+      box.put(
+          {render::LitCorners(world).geometry(), ViewState::of(scene, world), world.diameter()});
+    });
+  });
+  Opened opened;
+  try {
+    opened.window = std::make_unique<Window>(
+        options.width, options.height, options.script ? WindowKind::hidden : WindowKind::shown);
+  } catch (const InputError&) {
+    made.get();  // a scene at fault is named first
+    throw;
+  }
+  std::optional<Preview> preview;
+  while (made.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    if (glfwWindowShouldClose(opened.window->handle()) == GLFW_TRUE) return opened;
+    std::optional<Shapes> shapes = box.take();
+    if (shapes) preview.emplace(std::move(*shapes), scene, options, *opened.window);
+    const bool changed = opened.window->wait_for_events(look_again_s);
+    if (!preview || (!shapes && !changed)) continue;
+    const Stopwatch drawing;
+    preview->draw(since.seconds());
+    times.drawn(drawing.milliseconds());
+  }
+  opened.live = made.get();
+  return opened;
+}
+
+}  // namespace kappamu::app
