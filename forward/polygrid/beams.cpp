@@ -39,13 +39,8 @@ void add_to(OfChannels& sum, const OfChannels& more) {
 /// Cells along a chord.
 class BeamWalks::Cells {
  public:
-  Cells(const Polygrid& grid, const CellFrames* frames, int first_cell, bool from_inside,
-        CellRay& ray)
-      : grid_(grid),
-        frames_(frames),
-        first_cell_(first_cell),
-        from_inside_(from_inside),
-        ray_(ray) {}
+  Cells(const Polygrid& grid, int first_cell, bool from_inside, CellRay& ray)
+      : grid_(grid), first_cell_(first_cell), from_inside_(from_inside), ray_(ray) {}
 
   void start(const Chord& chord) {
     from_ = chord.from;
@@ -56,7 +51,7 @@ class BeamWalks::Cells {
         first_cell_ >= 0 ? CellPoint{first_cell_, Vector3d::Constant(0.5)} : ray_.at;
     if (first_cell_ >= 0 && from_inside_) return start_inside(chord, near);
     first_cell_ = -1;
-    ray_ = ray_at(grid_, frames_, near, from_, direction_);
+    ray_ = ray_at(grid_, near, from_, direction_);
   }
 
   void resume(const Chord& chord, const PathPlace& place) {
@@ -81,7 +76,7 @@ class BeamWalks::Cells {
     }
     next.local = within(next.local);
     if (length < most) {
-      ray_ = ray_at(grid_, frames_, next, from_ + walked_ * direction_, direction_);
+      ray_ = ray_at(grid_, next, from_ + walked_ * direction_, direction_);
     } else {
       ray_.at = next;
     }
@@ -99,21 +94,20 @@ class BeamWalks::Cells {
     first_cell_ = -1;
     from_ = chord.from + chord.length * chord.direction;
     direction_ = -chord.direction;
-    ray_ = ray_at(grid_, frames_, end, from_, direction_);
+    ray_ = ray_at(grid_, end, from_, direction_);
     double most = chord.length;
     while (step(most).length < most) most = chord.length - walked_;
     const CellPoint begin = ray_.at;
     from_ = chord.from;
     direction_ = chord.direction;
     walked_ = 0.0;
-    ray_ = ray_at(grid_, frames_, begin, from_, direction_);
+    ray_ = ray_at(grid_, begin, from_, direction_);
   }
   static Vector3d within(const Vector3d& local) {
     return local.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones());
   }
 
   const Polygrid& grid_;
-  const CellFrames* frames_;
   int first_cell_;  ///< −1: the path has begun
   bool from_inside_;
   CellRay& ray_;
@@ -156,9 +150,8 @@ class BeamWalks::Marched {
   Left& left_;
 };
 
-BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps,
-                     const CellFrames* frames)
-    : grid_(grid), map_(map), frames_(frames), keep_(steps == Steps::kept) {}
+BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps)
+    : grid_(grid), map_(map), keep_(steps == Steps::kept) {}
 
 bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
   return keep_ &&
@@ -240,7 +233,7 @@ void BeamWalks::follow(const Walls& walls, Walk& walk, double remainder, double 
                        Left& left) const {
   const int side = map_.side_of(static_cast<std::size_t>(walk.path->enters()));
   const bool begun = walk.place.chords > 0;
-  Cells cells(grid_, frames_, begun ? -1 : grid_.boundary_cell[static_cast<std::size_t>(side)],
+  Cells cells(grid_, begun ? -1 : grid_.boundary_cell[static_cast<std::size_t>(side)],
               walk.path->from_inside(), walk.ray);
   if (walk.place.on_chord)
     cells.resume(*walk.path->chord(walk.place.chords - 1, walls), walk.place);

@@ -28,11 +28,9 @@ class BeamWalks {
 
   enum class Steps { forgotten, kept };
 
-  /// Keeps references; `frames`: of the grid, where beams are walked by them. Where steps are kept,
-  /// beams that come again, as when a medium is edited or another light turns, are neither refracted
-  /// nor walked again.
-  BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps,
-            const CellFrames* frames = nullptr);
+  /// Keeps references. Where steps are kept, beams that come again, as when a
+  /// medium is edited or another light turns, are neither refracted nor walked again.
+  BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps);
 
   /// Adds ∫ S N dV of a light's beams to the channels' loads. When no more than `remainder` of a
   /// beam is left, the rest collides there. `problem` gives mesh, surface, rays and eta, which stay
@@ -75,7 +73,6 @@ class BeamWalks {
 
   const Polygrid& grid_;
   const SurfaceMap& map_;
-  const CellFrames* frames_;
   bool keep_;
   std::vector<std::vector<Beam>> beams_;          ///< [channel] that the walks are of
   std::vector<std::vector<Coefficients>> media_;  ///< [channel][cell] that optics_ are of

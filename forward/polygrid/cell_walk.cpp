@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/parallel.h"
-
 namespace kappamu::forward::polygrid {
 
 namespace {
@@ -57,17 +55,6 @@ struct Place {
   std::array<Vector3d, 3> gradient;
 };
 
-Place place_in(const CellFrames::Frame& frame, const Vector3d& point) {
-  Place place{Vector3d::Zero(), {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
-  for (std::size_t a = 0; a < 3; ++a) {
-    Vector3d& gradient = place.gradient[a];
-    gradient = {frame[a][0], frame[a][1], frame[a][2]};
-    place.local[static_cast<Eigen::Index>(a)] =
-        std::clamp(static_cast<double>(frame[a][3]) + gradient.dot(point), -reach, 1.0 + reach);
-  }
-  return place;
-}
-
 Place place_of(const Polygrid& grid, std::size_t cell, const Vector3d& start, const Vector3d& point,
                double until) {
   Place place{start, {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
@@ -98,20 +85,14 @@ struct Walked {
   std::array<Vector3d, 3> gradient;
 };
 
-Walked walk(const Polygrid& grid, const CellFrames* frames, CellPoint at, const Vector3d& point,
-            const Exactness& exactness) {
+Walked walk(const Polygrid& grid, CellPoint at, const Vector3d& point, const Exactness& exactness) {
   std::array<Vector3d, 3> gradient;
   int before = -1;
   for (int step = 0; step < most_cells; ++step) {
     const auto cell = static_cast<std::size_t>(at.cell);
-    const CellFrames::Frame* frame = frames != nullptr ? frames->of(cell) : nullptr;
-    const Place place = frame != nullptr ? place_in(*frame, point)
-                                         : place_of(grid, cell, at.local, point, exactness.settled);
+    const Place place = place_of(grid, cell, at.local, point, exactness.settled);
     at.local = place.local;
     gradient = place.gradient;
-    if (at.local.minCoeff() >= -exactness.slack && at.local.maxCoeff() <= 1.0 + exactness.slack) {
-      break;
-    }
     // Over the side that it lies farthest beyond and that leads to another cell, but not back.
     int next = -1;
     double farthest = exactness.slack;
@@ -140,41 +121,12 @@ Walked walk(const Polygrid& grid, const CellFrames* frames, CellPoint at, const 
 }  // namespace
 
 CellPoint walk_to(const Polygrid& grid, CellPoint from, const Vector3d& point) {
-  return walk(grid, nullptr, from, point, of_points).at;
+  return walk(grid, from, point, of_points).at;
 }
 
-CellFrames::CellFrames(const Polygrid& grid) : frames_(grid.cell.size()) {
-  for_ranges(frames_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t cell = begin; cell < end; ++cell) {
-      const Mapped middle = mapped(grid, cell, Vector3d::Constant(0.5));
-      Eigen::Matrix3d by_local;
-      by_local << middle.by_x, middle.by_y, middle.by_z;
-      if (!(std::abs(by_local.determinant()) > 0.0)) continue;
-      const Eigen::Matrix3d gradients = by_local.inverse();
-      const Vector3d at_origin = Vector3d::Constant(0.5) - gradients * middle.point;
-      bool bends = false;
-      for (int c = 0; c < 8; ++c) {
-        const auto corner =
-            static_cast<std::size_t>(grid.cell_corners[cell][static_cast<std::size_t>(c)]);
-        const Vector3d local = at_origin + gradients * grid.corner[corner];
-        const Vector3d right(c & 1, c >> 1 & 1, c >> 2);
-        bends = bends || !((local - right).cwiseAbs().maxCoeff() <= bent);
-      }
-      if (bends) continue;
-      for (Eigen::Index a = 0; a < 3; ++a) {
-        std::array<float, 4>& row = frames_[cell][static_cast<std::size_t>(a)];
-        for (Eigen::Index i = 0; i < 3; ++i) {
-          row[static_cast<std::size_t>(i)] = static_cast<float>(gradients(a, i));
-        }
-        row[3] = static_cast<float>(at_origin[a]);
-      }
-    }
-  });
-}
-
-CellRay ray_at(const Polygrid& grid, const CellFrames* frames, CellPoint from,
-               const Vector3d& point, const Vector3d& direction) {
-  const auto [at, gradient] = walk(grid, frames, from, point, of_rays);
+CellRay ray_at(const Polygrid& grid, CellPoint from, const Vector3d& point,
+               const Vector3d& direction) {
+  const auto [at, gradient] = walk(grid, from, point, of_rays);
   return {at, {gradient[0].dot(direction), gradient[1].dot(direction), gradient[2].dot(direction)}};
 }
 

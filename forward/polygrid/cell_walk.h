@@ -1,9 +1,6 @@
 // Points of an object in the cells of its polygrid, found by walking from cell to cell.
 #pragma once
 
-#include <array>
-#include <vector>
-
 #include "forward/polygrid/polygrid.h"
 
 namespace kappamu::forward::polygrid {
@@ -24,27 +21,9 @@ struct CellRay {
   Eigen::Vector3d along = Eigen::Vector3d::Zero();
 };
 
-/// Affine maps in place of those of cells that are nearly parallelepipeds.
-class CellFrames {
- public:
-  explicit CellFrames(const Polygrid& grid);
-  /// The cell's own coordinates, each by its gradient [1/mm] and its value at the origin.
-  using Frame = std::array<std::array<float, 4>, 3>;
-  /// nullptr: the cell is bent, and none of its corners may be off by `bent` of its own
-  /// coordinates.
-  const Frame* of(std::size_t cell) const {
-    const Frame& frame = frames_[cell];
-    return frame[0][0] != 0.0F || frame[0][1] != 0.0F || frame[0][2] != 0.0F ? &frame : nullptr;
-  }
-
- private:
-  static constexpr double bent = 0.05;
-  std::vector<Frame> frames_;
-};
-
-/// As walk_to(), the place to a thousandth of the cell, or as exactly as its frame gives it.
-CellRay ray_at(const Polygrid& grid, const CellFrames* frames, CellPoint from,
-               const Eigen::Vector3d& point, const Eigen::Vector3d& direction);
+/// As walk_to(), the place to a thousandth of the cell.
+CellRay ray_at(const Polygrid& grid, CellPoint from, const Eigen::Vector3d& point,
+               const Eigen::Vector3d& direction);
 
 /// The side that a ray leaves its cell by, straight on in the cell's own coordinates.
 struct CellExit {

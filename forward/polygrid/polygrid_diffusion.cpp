@@ -70,7 +70,6 @@ PolygridDiffusion::PolygridDiffusion(Polygrid grid, const TriangleMesh& mesh,
       map_(grid_, mesh, surface),
       solver_(make_linear_solver(equations_, hierarchy_, device, lights)),
       lights_(lights) {
-  if (lights == Lights::moving) frames_.emplace(grid_);
   for (std::size_t k = 0; k < grid_.cell.size(); ++k) {
     longest_cell_ = std::max(longest_cell_, box_of(corners_of(grid_, k)).sizes().maxCoeff());
   }
@@ -159,8 +158,7 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
   std::size_t walks = keep ? light * ((channels.size() + together - 1) / together) : 0;
   for (std::size_t c = 0; c < channels.size(); c += together, walks += keep ? 1 : 0) {
     while (walks_.size() <= walks) {
-      walks_.emplace_back(grid_, map_, keep ? BeamWalks::Steps::kept : BeamWalks::Steps::forgotten,
-                          frames_ ? &*frames_ : nullptr);
+      walks_.emplace_back(grid_, map_, keep ? BeamWalks::Steps::kept : BeamWalks::Steps::forgotten);
     }
     const std::size_t count = std::min(together, channels.size() - c);
     walks_[walks].add(problems[0], std::span(channels).subspan(c, count), remainder);

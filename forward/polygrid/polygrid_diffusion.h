@@ -79,10 +79,9 @@ class PolygridDiffusion {
   SurfaceMap map_;
   std::unique_ptr<LinearSolver> solver_;
   Lights lights_;
-  std::optional<CellFrames> frames_;  ///< where lights move
-  double longest_cell_ = 0.0;         ///< along an axis [mm]
-  std::vector<BeamWalks> walks_;      ///< [light]; one for all where beams are not kept
-  std::vector<ObjectMedium> media_;   ///< [channel]
+  double longest_cell_ = 0.0;        ///< along an axis [mm]
+  std::vector<BeamWalks> walks_;     ///< [light]; one for all where beams are not kept
+  std::vector<ObjectMedium> media_;  ///< [channel]
   std::vector<std::vector<Coefficients>> of_cell_;  ///< [channel][cell]
   std::vector<Load> loads_;                         ///< [channel and light], of the last light
   std::vector<std::vector<double>> fluence_;        ///< [channel and light][corner], the last

@@ -202,32 +202,6 @@ TEST(PolygridBeams, KeptThroughAnEditAreThoseMadeAnew) {
   }
 }
 
-// Where cells are nearly parallelepipeds, their frames take the place of their maps.
-TEST(PolygridBeams, WalkedByFramesLeaveNearlyTheSame) {
-  Ball ball(16);
-  const Polygrid grid = ball_polygrid(16, radius);
-  const SurfaceMap map(grid, ball.mesh, ball.surface);
-  const CellFrames frames(grid);
-  std::size_t framed = 0;
-  for (std::size_t k = 0; k < grid.cell.size(); ++k) framed += frames.of(k) != nullptr ? 1 : 0;
-  EXPECT_GT(framed, grid.cell.size() / 4);
-  EXPECT_LT(framed, grid.cell.size());
-  const std::vector<ObjectLight> light{parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0)};
-  const std::vector<std::vector<Coefficients>> of_cell{drawn(grid, 1)};
-  Loads exact(grid.corner.size(), 1), near(grid.corner.size(), 1);
-  BeamWalks by_maps(grid, map, BeamWalks::Steps::forgotten);
-  exact.add(by_maps, ball.problem(), light, of_cell);
-  BeamWalks by_frames(grid, map, BeamWalks::Steps::forgotten, &frames);
-  near.add(by_frames, ball.problem(), light, of_cell);
-  double off = 0.0, all = 0.0;
-  for (std::size_t i = 0; i < exact.load[0].size(); ++i) {
-    off += std::pow(near.load[0][i] - exact.load[0][i], 2);
-    all += std::pow(exact.load[0][i], 2);
-  }
-  EXPECT_LT(std::sqrt(off / all), 0.02);
-  EXPECT_EQ(near.balance[0].entering, exact.balance[0].entering);
-}
-
 TEST(PolygridDiffusion, BalancesPower) {
   Ball ball(20);
   ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0, -1)),
