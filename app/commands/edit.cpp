@@ -10,8 +10,8 @@
 #include "io/volume/volume_file.h"
 #include "pipeline/verify.h"
 #include "render/embree_caster.h"
-#include "render/light/light_changes.h"
 #include "render/scene/object_shape.h"
+#include "render/scene/scene.h"
 
 namespace kappamu::app {
 

@@ -104,7 +104,11 @@ std::string edited_scene(const render::Scene& scene, std::size_t object,
   if (!material && !forward::object_model(scene.model.name).can.heterogeneous) {
     json["model"] = {{"name", "embedded"}, {"tolerance", scene.model.tolerance}};
   }
-  for (const render::LightChange& change : edited.recipe().lights) {
+  render::LightChanges lights;
+  if (const auto& own = scene.objects[object].edits) lights = render::read_recipe(*own).lights;
+  const render::LightChanges later = edited.recipe().lights;
+  lights.insert(lights.end(), later.begin(), later.end());
+  for (const render::LightChange& change : lights) {
     json["lights"].at(change.light).update(render::fields_of(change));
   }
   return json.dump(2) + "\n";

@@ -6,7 +6,6 @@
 
 #include "core/error.h"
 #include "render/embree_caster.h"
-#include "render/light/light_changes.h"
 
 namespace kappamu::app {
 

@@ -16,6 +16,7 @@
 #include "core/options/options.h"
 #include "render/colour.h"
 #include "render/deform/deformation.h"
+#include "render/edit/light_change.h"
 #include "render/hair/fur.h"
 #include "render/material/homogeneous.h"
 #include "render/material/pattern.h"
@@ -170,5 +171,12 @@ Scene read_scene(const std::filesystem::path& file);
 /// Of a text that stands for the file; messages name the file and `which` of its texts it is.
 Scene read_scene(const std::string& text, const std::filesystem::path& file,
                  const std::string& which);
+
+/// What makes lights `after` of lights `before`, which are the same kinds in the same order.
+LightChanges light_changes(const std::vector<Light>& before, const std::vector<Light>& after);
+/// Makes them. Throws InputError naming `origin` and the light where there is none of that number,
+/// or it is of another kind.
+void change_lights(const LightChanges& changes, const std::string& origin,
+                   std::vector<Light>& lights);
 
 }  // namespace kappamu::render

@@ -267,6 +267,10 @@ Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& fi
       node.fail("is a second environment; keep one");
     }
   }
+  for (const SceneObject& object : scene.objects) {
+    if (!object.edits) continue;
+    change_lights(read_recipe(*object.edits).lights, object.edits->string(), scene.lights);
+  }
   scene.camera = read_camera(root["camera"]);
   scene.film = read_film(root["film"]);
   if (root.has("model")) scene.model = read_model(root["model"]);

@@ -225,13 +225,16 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
   // Sixteen patterns of larger cubes do not fit a small machine.
   const std::vector<Cube> cubes =
       bench.quick ? std::vector<Cube>{{12, 16}, {16, 16}, {24, 1}}
-                  : std::vector<Cube>{{32, 16}, {48, 16}, {64, 16}, {96, 16}, {128, 16}, {192, 16},
-                                      {256, 16}, {64, 1}, {128, 1}, {192, 1}, {256, 1}, {384, 1}};
+                  : std::vector<Cube>{{32, 16},  {48, 16}, {64, 16}, {96, 16}, {128, 16}, {192, 16},
+                                      {256, 16}, {64, 1},  {128, 1}, {192, 1}, {256, 1},  {384, 1}};
   Json runs = Json::array();
   for (const auto& [n, patterns] : cubes) {
     const bool large = n > 128;
-    const ProblemSpec spec{"cube",   {n, n, n, voxel_mm}, reference_inclusions(),
-                           patterns, large ? 1 : std::min(4, patterns)};
+    const ProblemSpec spec{"cube",
+                           {n, n, n, voxel_mm},
+                           reference_inclusions(),
+                           patterns,
+                           large ? 1 : std::min(4, patterns)};
     std::string why;
     if (!fits(spec.shape, patterns, why)) {
       bench.warn(why);

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/edit/edit.h"
-#include "render/light/light_changes.h"
+#include "render/scene/scene.h"
 #include "tests/own_folder.h"
 #include "tests/schema_verdicts.h"
 #include "tests/sentence.h"

@@ -1,8 +1,9 @@
-#include "render/light/light_changes.h"
+// From the lights of a scene to those lights turned, moved and coloured, and back.
 
 #include <type_traits>
 
 #include "core/error.h"
+#include "render/scene/scene.h"
 
 namespace kappamu::render {
 
@@ -11,14 +12,14 @@ using Eigen::Vector3d;
 namespace {
 
 /// A light's fields that a person changes; nullptr: it does not have it.
-struct Fields {
+struct ChangeableFields {
   Vector3d *position_mm = nullptr, *direction = nullptr;
   double* turn_deg = nullptr;
   Colour *irradiance = nullptr, *radiance = nullptr;
 };
 
-Fields fields_of(Light& light) {
-  Fields fields;
+ChangeableFields fields_of(Light& light) {
+  ChangeableFields fields;
   const auto stands = [&](PointLight& point) {
     fields.position_mm = &point.position_mm;
     fields.irradiance = &point.irradiance;
@@ -44,7 +45,7 @@ LightChanges light_changes(const std::vector<Light>& before, const std::vector<L
   LightChanges changes;
   for (std::size_t i = 0; i < before.size(); ++i) {
     Light one = before[i], other = after[i];
-    const Fields was = fields_of(one), is = fields_of(other);
+    const ChangeableFields was = fields_of(one), is = fields_of(other);
     LightChange change;
     change.light = i;
     const auto note = [](const auto* old, const auto* now, auto& to) {
@@ -71,7 +72,7 @@ void change_lights(const LightChanges& changes, const std::string& origin,
       throw InputError(name + " is not there: the scene has " + std::to_string(lights.size()) +
                        "; take it out of 'lights'");
     }
-    const Fields fields = fields_of(lights[change.light]);
+    const ChangeableFields fields = fields_of(lights[change.light]);
     const auto set = [&](const auto& value, auto* to, const char* field) {
       if (!value) return;
       if (to == nullptr) {
