@@ -88,6 +88,8 @@ void run_edit(const EditOptions& options, const Globals& globals) {
   if (opened.scene) {
     std::vector<render::Light> lights = opened.scene->lights;
     render::change_lights(recipe.lights, options.recipe, lights);
+  } else if (!recipe.lights.empty()) {
+    warnings.push_back(options.recipe + ": its lights are of a scene, and a volume has none");
   }
   opened.edited->set_lights(recipe.lights);
   if (opened.scene) opened.edited->require_body();

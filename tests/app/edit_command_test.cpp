@@ -230,6 +230,15 @@ TEST_F(EditCommand, WarnsOfWhatIsHeldAtItsBounds) {
               testing::HasSubstr("edit 1: coefficients held at their bounds"));
 }
 
+TEST_F(EditCommand, WarnsOfLightsWhereThereAreNone) {
+  io::write_text_atomically(folder() / "r.json",
+                            R"({"format": "kappamu-edit", "version": 1, "edits": [],
+                                "lights": [{"light": 1, "irradiance": [1, 2, 3]}]})");
+  const ProcessResult result = edit("a");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.standard_error, testing::HasSubstr("its lights are of a scene"));
+}
+
 /// Files that are not the command's stay as they are.
 TEST_F(EditCommand, ReplacesItsOwnFilesAlone) {
   ASSERT_EQ(edit("a").exit_code, 0);
