@@ -12,8 +12,10 @@
 #include <optional>
 
 #include "app/viewer/drawing/display.h"
+#include "app/viewer/editing.h"
 #include "app/viewer/opening/frame.h"
 #include "app/viewer/overlay.h"
+#include "app/viewer/script/script_player.h"
 #include "core/error.h"
 
 namespace kappamu::app {
@@ -116,7 +118,10 @@ Opened open_window(const render::Scene& scene, const LiveMaker& make, const View
     opened.window = std::make_unique<Window>(
         options.width, options.height, options.script ? WindowKind::hidden : WindowKind::shown);
   } catch (const InputError&) {
-    made.get();  // a scene at fault is named first
+    // A scene, a script or a folder of edits at fault is named first.
+    const std::unique_ptr<render::LiveScene> live = made.get();
+    const ScriptPlayer player(options);
+    const Editing editing(scene, live->world(), options, [] {});
     throw;
   }
   std::optional<Preview> preview;

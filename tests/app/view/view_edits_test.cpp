@@ -327,7 +327,8 @@ TEST_F(ViewEdits, ShowsTwoStatesSideBySide) {
   const ProcessResult result = view(
       "panel off\ncompare unedited\nscreenshot both.png\nbrush multiply mu 20 3 4\n"
       "paint 64 32 80 32\nscreenshot painted.png\nlight 30 20\nscreenshot turned.png\n"
-      "compare now\nscreenshot kept.png\nundo\nscreenshot undone.png\ncompare off\n"
+      "compare now\nscreenshot kept.png\nundo\nundo\nlight 30 20\nscreenshot undone.png\ncompare "
+      "off\n"
       "screenshot single.png\n");
   if (result.standard_error.find("built without its window") != std::string::npos) {
     GTEST_SKIP() << result.standard_error;
