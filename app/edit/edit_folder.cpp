@@ -61,16 +61,16 @@ std::optional<double> EditFolder::voxel_mm() const {
 
 void EditFolder::restore(render::EditedObject& edited) {
   render::EditHistory& history = edited.history();
-  const fs::path recipe = folder_ / "recipe.json", volume = folder_ / "volume.vdb";
-  if (fs::exists(recipe)) {
-    replay(render::read_recipe(recipe), history);
+  const fs::path file = folder_ / "recipe.json", volume = folder_ / "volume.vdb";
+  if (fs::exists(file)) {
+    const render::Recipe recipe = render::read_recipe(file);
+    replay(recipe, history);
     if (fs::exists(volume) == history.homogeneous() ||
         (fs::exists(volume) && !equal(history.volume(), io::read_volume(volume)))) {
-      throw InputError(recipe.string() +
-                       ": these edits were saved for another volume than that of " +
+      throw InputError(file.string() + ": these edits were saved for another volume than that of " +
                        source_.name() + "; choose another folder for edits");
     }
-    edited.set_lights(render::read_recipe(recipe).lights);
+    edited.set_lights(recipe.lights);
     saved_ = text(edited.recipe());
   }
   if (!fs::exists(unsaved_file())) return;

@@ -61,7 +61,8 @@ LayeredMedium merge_layers(const LayeredMedium& medium, const Eigen::MatrixXd& n
       fewer.first.erase(fewer.first.begin() + l);
       const Eigen::MatrixXd copied = copies(medium, fewer);
       const Eigen::VectorXd right = copied.transpose() * weighed;
-      const Eigen::VectorXd values = solve_symmetric(propagated(copied.transpose(), normal), right);
+      const Eigen::VectorXd values =
+          solve_symmetric(product(copied.transpose(), product(normal, copied)), right);
       const double rise = p.dot(weighed) - values.dot(right);
       if (rise > least) continue;
       least = rise;
