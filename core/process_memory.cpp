@@ -3,7 +3,9 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <limits>
+#include <string>
 
 #include "core/shown_text.h"
 
@@ -15,6 +17,16 @@ namespace kappamu {
 
 double main_memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+double available_memory() {
+  std::ifstream info("/proc/meminfo");
+  for (std::string word; info >> word;) {
+    double kilobytes = 0.0;
+    if (word == "MemAvailable:" && info >> kilobytes) return 1024.0 * kilobytes;
+  }
+  return static_cast<double>(sysconf(_SC_AVPHYS_PAGES)) *
+         static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
 double usable_memory() {

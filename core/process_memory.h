@@ -6,6 +6,8 @@
 namespace kappamu {
 
 double main_memory();
+/// Of it, what new work finds without paging: what is free, and what caches give back.
+double available_memory();
 /// Of it, what one scene, picture or solve may take.
 double usable_memory();
 /// The most that this process has held so far.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/process_memory.h"
 #include "device/kernel_cache.h"
 #include "device/opencl_api.h"
 
@@ -220,6 +221,15 @@ Buffer Context::allocate(std::size_t bytes) {
   cl_int code = CL_SUCCESS;
   cl_mem memory = clCreateBuffer(impl_->context, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 1),
                                  nullptr, &code);
+  // Many drivers give larger pieces than they state, so that the limit alone refuses nothing.
+  if (code != CL_SUCCESS && bytes > impl_->info.max_allocation_bytes) {
+    throw InputError("device '" + impl_->info.name + "' gives at most " +
+                         gigabytes(static_cast<double>(impl_->info.max_allocation_bytes)) +
+                         " in one piece, and " + gigabytes(static_cast<double>(bytes)) +
+                         " are needed; use a coarser grid, fewer patterns at once, or another "
+                         "device",
+                     {{"device"}});
+  }
   check_call(code, "clCreateBuffer", impl_->info.name);
   // Contexts live as long as the process, so the deleter may count in this one.
   impl_->allocated += bytes;

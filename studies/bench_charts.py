@@ -18,6 +18,7 @@ import numpy
 
 from charts import fur
 from charts.common import flat
+from charts.devices import devices
 from charts.diffusion import slabs, validity
 from charts.figures import pictures as figure_pictures, samples as figure_samples, stairs, weights
 from charts.forward import headline, kernels, peers, scaling, time_error
@@ -31,7 +32,7 @@ from charts.surfaces import form_factors, importance, polygrid_convergence, poly
 
 
 SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-peers": peers,
-            "forward-grids": time_error, "forward-scaling": scaling,
+            "forward-grids": time_error, "forward-scaling": scaling, "devices": devices,
             "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-samples": samples,

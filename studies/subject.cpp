@@ -67,11 +67,11 @@ std::vector<std::string> Request::words(const std::string& setting) const {
 
 const std::vector<Subject>& subjects() {
   static const std::vector<Subject> all{
-      forward_subject(),    validity_subject(),    slabs_subject(),  inverse_subject(),
-      limits_subject(),     uncertainty_subject(), views_subject(),  rig_subject(),
-      hdr_subject(),        objects_subject(),     dipole_subject(), boundary_subject(),
-      polygrid_subject(),   sfdi_subject(),        fur_subject(),    figures_subject(),
-      photographs_subject()};
+      forward_subject(),     validity_subject(),    slabs_subject(),  inverse_subject(),
+      limits_subject(),      uncertainty_subject(), views_subject(),  rig_subject(),
+      hdr_subject(),         objects_subject(),     dipole_subject(), boundary_subject(),
+      polygrid_subject(),    sfdi_subject(),        fur_subject(),    figures_subject(),
+      photographs_subject(), devices_subject()};
   return all;
 }
 

@@ -6,6 +6,7 @@
 namespace kappamu::studies {
 
 Subject boundary_subject();
+Subject devices_subject();
 Subject dipole_subject();
 Subject figures_subject();
 Subject forward_subject();

@@ -21,7 +21,8 @@ std::unique_ptr<LinearSolver> make_host_solver(Assembly assembly);
 
 /// Fields stay on the device from the right-hand side to the solution. Keeps a reference to the
 /// context. Throws InputError where the device has no double precision or too little memory.
-/// `slice`: rows whose entries lie together (rows.cl); none: as suits the device.
+/// `slice`: rows whose entries lie together (rows.cl), more than one as on a GPU, whose sums go
+/// through rows in turn; none: as suits the device.
 std::unique_ptr<LinearSolver> make_opencl_solver(Assembly assembly, device::Context& context,
                                                  std::optional<std::size_t> slice = {});
 

@@ -128,7 +128,8 @@ def scaling(record):
         line(time, number, cells, seconds, label)
         line(count, number, cells, [s[2]["iterations"] for s in some], label)
         rows += [[grid, label, s["iterations"], f"{s['seconds_per_rhs']:.5f}",
-                  f"{1e9 * s['seconds_per_rhs'] / n:.1f}", f"{s['true_error']:.1e}"] for n, grid, s, _ in some]
+                  f"{1e9 * s['seconds_per_rhs'] / n:.1f}",
+                  "–" if s["true_error"] is None else f"{s['true_error']:.1e}"] for n, grid, s, _ in some]
     dress(time, "Cost against unknowns, cubes with inclusions, residual 1e-6",
           "unknowns per right-hand side", "seconds per right-hand side", "xy")
     dress(count, "Iterations against unknowns", "unknowns per right-hand side",

@@ -3,9 +3,30 @@
 // number of docs/dipole.md.
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "device/context.h"
 #include "studies/subject.h"
 
 namespace kappamu::studies {
+
+/// Of a torus, around the tube and around the torus: 2·m·n triangles.
+struct Quads {
+  int tube, around;
+};
+/// [M] Table 3: 2,016 to 500,240 triangles.
+inline constexpr std::array<Quads, 5> hierarchy_quads{
+    {{16, 63}, {34, 120}, {66, 248}, {132, 499}, {260, 962}}};
+
+/// One torus on one device.
+struct HierarchyCost {
+  Json row;                              ///< of section hierarchy
+  std::vector<Eigen::Array4f> exitance;  ///< of the last frame on the fly
+};
+HierarchyCost hierarchy_cost(device::Context& context, const Quads& quads, int repetitions,
+                             std::uint64_t seed);
 
 /// Rows per number of triangles.
 void dipole_hierarchy(const Request& request, Progress& progress, const Save& save);

@@ -22,11 +22,6 @@ namespace {
 using namespace forward;
 using namespace forward::dipole;
 
-/// Around the tube and around the torus: 2·m·n triangles.
-struct Quads {
-  int tube, around;
-};
-
 constexpr double hierarchy_size_mm = 25.0;
 constexpr double tube_share = 0.209;  // of the outer radius: quads are square
 constexpr int checked = 60;           // triangles where the direct sum is taken
@@ -119,61 +114,65 @@ Times timed(int repetitions, const std::function<void()>& frame) {
 
 }  // namespace
 
+HierarchyCost hierarchy_cost(device::Context& context, const Quads& quads, int repetitions,
+                             std::uint64_t seed) {
+  const std::vector<Profile> profiles = marble(1.0), other = marble(1.02);
+  const TriangleMesh mesh = torus(quads, hierarchy_size_mm);
+  TriangleMesh bent = mesh;
+  for (Eigen::Vector3d& v : bent.vertices) v.z() += 0.2 * std::sin(0.3 * v.x());
+  const std::vector<Eigen::Array4f> light = sunlight(surface_of(mesh));
+  const auto triangles = static_cast<double>(mesh.triangles.size());
+  const Stopwatch watch;
+  Hierarchy hierarchy(context, mesh, profiles, HierarchyOptions());
+  const double build = watch.seconds();
+  std::vector<Eigen::Array4f> exitance;
+  const double error = error_of(mesh, profiles, light, hierarchy.exitance(light), seed);
+  const std::size_t links = hierarchy.links(), near = hierarchy.near_pairs();
+  const Times still = timed(repetitions, [&] { exitance = hierarchy.exitance(light); });
+  bool turn = false;
+  std::size_t moved = 0;
+  const Times incremental = timed(repetitions, [&] {
+    turn = !turn;
+    hierarchy.update(turn ? bent : mesh, turn ? other : profiles);
+    moved = hierarchy.changes().demoted + hierarchy.changes().promoted;
+    exitance = hierarchy.exitance(light);
+  });
+  const Times fly = timed(repetitions, [&] {
+    turn = !turn;
+    hierarchy.renew(turn ? bent : mesh, turn ? other : profiles);
+    exitance = hierarchy.exitance(light);
+  });
+  return {{{"triangles", mesh.triangles.size()},
+           {"links_per_triangle", static_cast<double>(links) / triangles},
+           {"near_leaf_pairs_per_triangle", static_cast<double>(near) / triangles},
+           {"error", error},
+           {"static_ms", still.wall_ms},
+           {"static_least_ms", still.least_wall_ms},
+           {"static_cpu_ms", still.cpu_ms},
+           {"incremental_ms", incremental.wall_ms},
+           {"incremental_least_ms", incremental.least_wall_ms},
+           {"incremental_cpu_ms", incremental.cpu_ms},
+           {"links_moved", moved},
+           {"on_the_fly_ms", fly.wall_ms},
+           {"on_the_fly_least_ms", fly.least_wall_ms},
+           {"on_the_fly_cpu_ms", fly.cpu_ms},
+           {"first_frame_seconds", build}},
+          std::move(exitance)};
+}
+
 void dipole_hierarchy(const Request& request, Progress& progress, const Save& save) {
-  std::vector<Quads> sizes{{16, 63}, {34, 120}, {66, 248}, {132, 499}, {260, 962}};
+  std::vector<Quads> sizes(hierarchy_quads.begin(), hierarchy_quads.end());
   if (request.size == Size::quick) sizes.resize(1);
   const int repetitions = request.count("repetitions", request.size == Size::quick ? 2 : 15);
-  const std::vector<Profile> profiles = marble(1.0), other = marble(1.02);
   device::Context& context =
       device::Context::of(device::choose(device::list_devices(), request.device).index);
-  const HierarchyOptions options;
   Json rows = Json::array();
   for (const Quads& quads : sizes) {
-    const TriangleMesh mesh = torus(quads, hierarchy_size_mm);
-    TriangleMesh bent = mesh;
-    for (Eigen::Vector3d& v : bent.vertices) v.z() += 0.2 * std::sin(0.3 * v.x());
-    const std::vector<Eigen::Array4f> light = sunlight(surface_of(mesh));
-    const std::size_t triangles = mesh.triangles.size();
-    progress.update("bench dipole", 0.5, std::to_string(triangles) + " triangles");
-    const Stopwatch watch;
-    Hierarchy hierarchy(context, mesh, profiles, options);
-    const double build = watch.seconds();
-    std::vector<Eigen::Array4f> exitance;
-    const double error = error_of(mesh, profiles, light, hierarchy.exitance(light), request.seed);
-    const std::size_t links = hierarchy.links(), near = hierarchy.near_pairs();
-    const Times still = timed(repetitions, [&] { exitance = hierarchy.exitance(light); });
-    bool turn = false;
-    std::size_t moved = 0;
-    const Times incremental = timed(repetitions, [&] {
-      turn = !turn;
-      hierarchy.update(turn ? bent : mesh, turn ? other : profiles);
-      moved = hierarchy.changes().demoted + hierarchy.changes().promoted;
-      exitance = hierarchy.exitance(light);
-    });
-    const Times fly = timed(repetitions, [&] {
-      turn = !turn;
-      hierarchy.renew(turn ? bent : mesh, turn ? other : profiles);
-      exitance = hierarchy.exitance(light);
-    });
-    rows.push_back(
-        {{"triangles", triangles},
-         {"links_per_triangle", static_cast<double>(links) / static_cast<double>(triangles)},
-         {"near_leaf_pairs_per_triangle",
-          static_cast<double>(near) / static_cast<double>(triangles)},
-         {"error", error},
-         {"static_ms", still.wall_ms},
-         {"static_least_ms", still.least_wall_ms},
-         {"static_cpu_ms", still.cpu_ms},
-         {"incremental_ms", incremental.wall_ms},
-         {"incremental_least_ms", incremental.least_wall_ms},
-         {"incremental_cpu_ms", incremental.cpu_ms},
-         {"links_moved", moved},
-         {"on_the_fly_ms", fly.wall_ms},
-         {"on_the_fly_least_ms", fly.least_wall_ms},
-         {"on_the_fly_cpu_ms", fly.cpu_ms},
-         {"first_frame_seconds", build}});
+    progress.update("bench dipole", 0.5,
+                    std::to_string(2 * quads.tube * quads.around) + " triangles");
+    rows.push_back(hierarchy_cost(context, quads, repetitions, request.seed).row);
     save({{"repetitions", repetitions},
-          {"opening", options.opening},
+          {"opening", HierarchyOptions().opening},
           {"device_name", context.info().name},
           {"rows", rows}});
   }

@@ -21,6 +21,10 @@ std::vector<Sample> samples_of(const std::vector<Sample>& samples, const std::st
   return some;
 }
 
+Json optional_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
+
 Json to_json(const Sample& sample) {
   Json object{{"method", sample.method},
               {"precision", sample.precision},
@@ -31,9 +35,9 @@ Json to_json(const Sample& sample) {
               {"set_up_seconds", sample.set_up_seconds},
               {"solve_seconds_per_rhs", sample.solve_seconds_per_rhs},
               {"seconds_per_rhs", sample.seconds_per_rhs},
-              {"true_error", sample.error()},
+              {"true_error", optional_json(sample.error())},
               {"error_of", sample.phi_error ? "phi" : "exitance"},
-              {"map_error", sample.map_error}};
+              {"map_error", optional_json(sample.map_error)}};
   if (!sample.setting.empty()) object["setting"] = sample.setting;
   return object;
 }
@@ -44,7 +48,7 @@ Json short_json(const Sample& sample) {
           {"iterations", sample.iterations},
           {"seconds_per_rhs", sample.seconds_per_rhs},
           {"set_up_seconds", sample.set_up_seconds},
-          {"true_error", sample.error()}};
+          {"true_error", optional_json(sample.error())}};
 }
 
 /// Other people's solvers.
@@ -80,7 +84,7 @@ Json compare(const std::vector<Sample>& samples, std::size_t cells, double copy_
   const std::vector<Sample> single = samples_of(samples, "multigrid", "single");
   check(!single.empty(), "compare: no sample of ours");
   double floor = 1.0;
-  for (const Sample& sample : single) floor = std::min(floor, sample.error());
+  for (const Sample& sample : single) floor = std::min(floor, sample.error().value_or(1.0));
   const double target = floor > 1e-6 ? 1e-5 : 1e-6;
   const Sample* best = cheapest_at_error(single, target);
   const Sample& chosen = best != nullptr ? *best : single.back();
@@ -138,7 +142,7 @@ Json compare_relaxation(const std::vector<Sample>& samples) {
                       {"ratio", seconds.value_or(last.seconds_per_rhs) / *ours},
                       {"ratio_is_lower_bound", !seconds.has_value()},
                       {"last_seconds", last.seconds_per_rhs},
-                      {"last_error", last.error()}});
+                      {"last_error", optional_json(last.error())}});
   }
   return claims;
 }

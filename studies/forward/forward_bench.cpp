@@ -1,13 +1,13 @@
 #include "studies/forward/forward_bench.h"
 #include "studies/forward/bandwidth.h"
 
-#include <sys/sysinfo.h>
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/error.h"
+#include "core/process_memory.h"
+#include "forward/grid/opencl/solver_memory.h"
 #include "studies/baseline/baseline_model.h"
 #include "studies/forward/comparison.h"
 #include "studies/forward/kernels.h"
@@ -204,17 +204,25 @@ void measure_grids(const Request& request, Progress& progress, const Save& save)
   }
 }
 
-/// A batch of 16 patterns in single precision takes about twelve arrays on the device and three in
-/// double on the host, the truth for a few patterns besides.
-bool fits(const GridShape& shape, int patterns, std::string& why) {
-  struct sysinfo info {};
-  if (sysinfo(&info) != 0) return true;
-  const double free = static_cast<double>(info.freeram + info.bufferram) * info.mem_unit;
-  const double need =
-      static_cast<double>(shape.cells()) * patterns * (8.0 * sizeof(float) + 1.0 * sizeof(double));
-  why = grid_name(shape) + " left out: it needs about " + std::to_string(std::lround(need / 1e9)) +
-        " GB of memory, and " + std::to_string(std::lround(free / 1e9)) + " GB are free.";
-  return need < free;
+/// Whether the solver in single precision, φ of all patterns on the host and the truth in double
+/// find room.
+bool fits(const ProblemSpec& spec, std::string& why) {
+  forward::GridSetup setup;
+  setup.shape = spec.shape;
+  const auto solver = [&](int patterns, Precision precision) {
+    return static_cast<double>(forward::solver_memory(setup, patterns, 2, patterns, precision));
+  };
+  const double of_pattern = sizeof(double) * static_cast<double>(spec.shape.cells());
+  double need = solver(spec.patterns, Precision::single_precision) + of_pattern * spec.patterns;
+  if (spec.compared > 0) {
+    need += solver(spec.compared, Precision::double_precision) + 2.0 * of_pattern * spec.compared;
+  }
+  return_freed_memory();  // of the cube before
+  const double available = available_memory();
+  why = grid_name(spec.shape) + " of " + std::to_string(spec.patterns) +
+        " left out: it needs up to " + gigabytes(need) + " of memory, and " + gigabytes(available) +
+        " are available.";
+  return need < available;
 }
 
 void measure_scaling(const Request& request, Progress& progress, const Save& save) {
@@ -229,14 +237,17 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
                                       {256, 16}, {64, 1},  {128, 1}, {192, 1}, {256, 1},  {384, 1}};
   Json runs = Json::array();
   for (const auto& [n, patterns] : cubes) {
-    const bool large = n > 128;
+    // Beyond 256 voxels a side the solution in double does not fit a small machine either.
+    const bool large = n > 128, truth = n <= 256;
     const ProblemSpec spec{"cube",
                            {n, n, n, voxel_mm},
                            reference_inclusions(),
                            patterns,
-                           large ? 1 : std::min(4, patterns)};
+                           !truth  ? 0
+                           : large ? 1
+                                   : std::min(4, patterns)};
     std::string why;
-    if (!fits(spec.shape, patterns, why)) {
+    if (!fits(spec, why)) {
       bench.warn(why);
       continue;
     }

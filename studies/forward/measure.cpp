@@ -17,11 +17,17 @@ std::string name_of(forward::Precision precision) {
   return precision == forward::Precision::single_precision ? "single" : "double";
 }
 
+/// What was not compared reaches no error.
+double error_of(const Sample& sample) {
+  return sample.error().value_or(HUGE_VAL);
+}
+
 }  // namespace
 
 std::vector<Sample> measure_grid_solver(const Problem& problem, const std::string& device,
                                         forward::Precision precision, int patterns,
-                                        const std::vector<double>& tolerances, int repetitions) {
+                                        const std::vector<double>& tolerances, int repetitions,
+                                        std::vector<double>* fluence) {
   const auto choice = forward::make_grid_solver(problem.setup(), device, precision);
   forward::GridSolver& solver = *choice.solver;
   const Medium& medium = problem.medium();
@@ -62,11 +68,14 @@ std::vector<Sample> measure_grid_solver(const Problem& problem, const std::strin
     sample.seconds_per_rhs =
         sample.solve_seconds_per_rhs + sample.set_up_seconds / problem.spec().patterns;
     solver.read(*phi, values);
-    const Errors errors = problem.errors_of(values, patterns);
-    sample.phi_error = errors.phi;
-    sample.map_error = errors.maps;
+    if (problem.spec().compared > 0) {
+      const Errors errors = problem.errors_of(values, patterns);
+      sample.phi_error = errors.phi;
+      sample.map_error = errors.maps;
+    }
     samples.push_back(sample);
   }
+  if (fluence != nullptr) *fluence = std::move(values);
   return samples;
 }
 
@@ -113,10 +122,10 @@ std::optional<double> seconds_at_error(const std::vector<Sample>& samples, doubl
   std::optional<double> least;
   const auto offer = [&](double seconds) { least = least ? std::min(*least, seconds) : seconds; };
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const double e = samples[i].error(), t = samples[i].seconds_per_rhs;
-    if (e <= error && (i == 0 || samples[i - 1].error() <= error)) offer(t);
-    if (i == 0 || e > error || samples[i - 1].error() <= error) continue;
-    const double before = samples[i - 1].error(), t_before = samples[i - 1].seconds_per_rhs;
+    const double e = error_of(samples[i]), t = samples[i].seconds_per_rhs;
+    if (e <= error && (i == 0 || error_of(samples[i - 1]) <= error)) offer(t);
+    if (i == 0 || e > error || error_of(samples[i - 1]) <= error) continue;
+    const double before = error_of(samples[i - 1]), t_before = samples[i - 1].seconds_per_rhs;
     const double share = std::log(before / error) / std::log(before / e);
     offer(t_before * std::pow(t / t_before, share));
   }
@@ -126,7 +135,7 @@ std::optional<double> seconds_at_error(const std::vector<Sample>& samples, doubl
 const Sample* cheapest_at_error(const std::vector<Sample>& samples, double error) {
   const Sample* best = nullptr;
   for (const Sample& sample : samples) {
-    if (sample.error() > error) continue;
+    if (error_of(sample) > error) continue;
     if (best == nullptr || sample.seconds_per_rhs < best->seconds_per_rhs) best = &sample;
   }
   return best;

@@ -20,16 +20,18 @@ struct Sample {
   double set_up_seconds = 0.0;         ///< once for all patterns
   double solve_seconds_per_rhs = 0.0;  ///< median over repetitions
   double seconds_per_rhs = 0.0;        ///< solve + set-up shared by the problem's patterns
-  double map_error = 0.0;              ///< of the exitance maps
+  std::optional<double> map_error;     ///< of the exitance maps; none: not compared
   std::optional<double> phi_error;     ///< where the method shows φ
-  double error() const { return phi_error.value_or(map_error); }
+  std::optional<double> error() const { return phi_error ? phi_error : map_error; }
 };
 
 /// Our solver through GridSolver; `device` "reference" is the serial one. Set-up is set_medium(),
-/// everything that is redone when κ and μ change. Medians over `repetitions`.
+/// everything that is redone when κ and μ change. Medians over `repetitions`. `fluence` receives
+/// that of the last solve, [pattern][z][y][x].
 std::vector<Sample> measure_grid_solver(const Problem& problem, const std::string& device,
                                         forward::Precision precision, int patterns,
-                                        const std::vector<double>& tolerances, int repetitions);
+                                        const std::vector<double>& tolerances, int repetitions,
+                                        std::vector<double>* fluence = nullptr);
 
 /// A method that baseline::make_model knows, as a user would call it, once per tolerance, largest
 /// first, until a solve exceeds `budget_seconds`; the last one's number of sweeps is cut to what

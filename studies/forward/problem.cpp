@@ -27,6 +27,7 @@ Problem::Problem(ProblemSpec spec, const std::string& device) : spec_(std::move(
   medium_ = make_medium(spec_.shape, spec_.medium);
   irradiance_ = patch_light(spec_.shape, setup_.lit_face, spec_.patterns);
   spec_.compared = std::min(spec_.compared, spec_.patterns);
+  if (spec_.compared == 0) return;
   solver_ = forward::make_grid_solver(setup_, device, forward::Precision::double_precision).solver;
   solver_->set_medium(medium_.kappa.values(), medium_.mu.values());
   const auto b = solver_->make_field(spec_.compared);

@@ -18,7 +18,7 @@ struct ProblemSpec {
   test_cases::MediumSpec medium;
   int patterns = 16;
   /// φ* is found for the first so many patterns, and errors are those of these: enough of them
-  /// where double-precision batches of all would not fit into memory.
+  /// where double-precision batches of all would not fit into memory. None: there are no errors.
   int compared = 16;
 };
 
@@ -55,7 +55,7 @@ class Problem {
   forward::GridSetup setup_;
   Medium medium_;
   std::vector<double> irradiance_;
-  std::unique_ptr<forward::GridSolver> solver_;  ///< double
+  std::unique_ptr<forward::GridSolver> solver_;  ///< double; none where nothing is compared
   std::vector<double> phi_;                      ///< φ*, compared patterns
   std::array<std::vector<double>, 6> maps_;
   double truth_error_ = 0.0;

@@ -3,9 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/mesh/surface_norm.h"
-#include "forward/embedded/discretisation.h"
 #include "forward/embedded/embedded_model.h"
-#include "forward/embedded/solver_choice.h"
+#include "studies/objects/even_cubes.h"
 #include "studies/objects/object_measurement.h"
 
 namespace kappamu::studies {
@@ -27,22 +26,11 @@ struct Answered {
   std::optional<double> stated;  ///< relative error
 };
 
-/// On cubes of one size, everywhere or at the surface alone, from mesh to exitance.
 Answered on_even_cubes(const ObjectProblem& problem, int level, bool everywhere,
                        const std::string& device) {
-  using namespace embedded;
-  Octree tree(problem.mesh);
-  if (everywhere) {
-    for (int split = 0; split < level; ++split) tree.refine_each(tree.leaves());
-  } else {
-    tree.refine_surface(level);
-  }
-  const Channels channels(std::span(&problem, 1));
-  CutMesh mesh = cut_mesh(tree, problem.mesh, problem.rays);
-  const Discretisation d(std::move(tree), std::move(mesh), channels.media(), channels.constants.A);
-  Answers found = answers(d, channels, *make_linear_solver(d.levels, channels.lights(), device),
-                          linear_tolerance(finest_tolerance));
-  return {std::move(found.channel[0].exitance[0]), d.mesh.cubes.size(), std::nullopt};
+  const EvenCubes cubes(problem, level, everywhere);
+  embedded::Answers found = cubes.answers(*cubes.solver(device), finest_tolerance);
+  return {std::move(found.channel[0].exitance[0]), cubes.count(), std::nullopt};
 }
 
 Answered refined(const ObjectProblem& problem, ObjectOptions options) {

@@ -16,7 +16,7 @@ except ImportError:
 ROOT = pathlib.Path(sys.argv.pop())
 sys.path.insert(0, str(ROOT / "studies"))
 import bench_charts  # noqa: E402
-from charts import common, forward, inverse, limits  # noqa: E402
+from charts import common, devices, forward, inverse, limits  # noqa: E402
 
 
 ROWS = [{"kind": "a", "contrast": 1.0, "count": 3}, {"kind": "a", "contrast": 1e4, "count": 4},
@@ -59,6 +59,40 @@ class Ratios(unittest.TestCase):
         ours = {"course": [point(10, 1e-2), point(20, 1e-3)], "validation_E": 1e-3, "batched_solves": 20}
         other = {"course": [point(40, 5e-2), point(60, 1e-3), point(80, 1e-2)], "validation_E": 1e-2, "batched_solves": 80}
         self.assertEqual(inverse.against_default(ours, other), ["1.0e-03", "3.0", "3.0", "8.0"])
+
+
+class Devices(unittest.TestCase):
+    MACHINE = {"machine": {"cpu": "c", "cores": 2, "copy_bandwidth_bytes_per_second": 1e9, "load": 0.0}, "size": "full",
+               "program": {"kappamu": "1", "compiler": "g", "build": "Release"}, "device": "auto"}
+
+    def row(self, kind, seconds, **more):
+        return {"task": "solve", "device": kind.lower(), "kind": kind, "size": "big", "seconds": seconds, "set_up_seconds": 0.25,
+                "rate": 3.0, "unit": "pieces", "note": "", "difference": 1e-7, "allowed": 2e-6, "times_processor": 1 / seconds,
+                "goal": "≤ 8 ms", "goal_met": None, **more}
+
+    def lines(self, rows, folder="nowhere"):
+        text = devices.devices({**self.MACHINE, "rows": rows, "folder": folder})[1][""]
+        return [line for line in text.splitlines() if line.startswith("| solve | big") or line.startswith("| fit of")]
+
+    def test_a_task_is_a_line_with_a_column_for_each_kind(self):
+        rows = [self.row("GPU", 0.007, goal_met=True), self.row("CPU", 0.5), self.row("host", 2.0)]
+        self.assertEqual(self.lines(rows), ["| solve | big | 2 s | 0.5 s | 7 ms | 143 | ≤ 8 ms | met |"])
+        self.assertEqual(self.lines(rows[1:]), ["| solve | big | 2 s | 0.5 s | – | ≤ 8 ms | not measured |"])
+
+    def test_unequal_answers_have_no_ratio_and_a_refused_task_no_time(self):
+        unequal = self.row("GPU", 0.007, times_processor=None, goal_met=False, refused="differs")
+        self.assertEqual(self.lines([unequal, self.row("host", 2.0)]),
+                         ["| solve | big | 2 s | 7 ms | – | ≤ 8 ms | missed |"])
+        refused = {"task": "solve", "device": "g", "kind": "GPU", "refused": "out of memory"}
+        self.assertEqual(self.lines([refused, self.row("host", 2.0)]),
+                         ["| solve | big | 2 s | refused | – | ≤ 8 ms | not measured |"])
+
+    def test_marble_is_taken_from_the_samples_measured_beside(self):
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "inverse-samples.json").write_text(
+                '{"rows": [{"sample": "marble", "device": "g", "seconds": 6.0, "grid": [2, 3, 4]}]}')
+            self.assertEqual(self.lines([self.row("host", 2.0)], folder)[1],
+                             "| fit of marble, RGB | 2 × 3 × 4 |  | 6 s (g) | ≤ 5 s | missed |")
 
 
 class Pages(unittest.TestCase):

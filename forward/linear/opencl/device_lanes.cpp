@@ -6,7 +6,12 @@
 
 namespace kappamu::forward::linear {
 
+extern const device::KernelSource sums_cl;
+
 namespace {
+
+/// Of sums.cl.
+constexpr std::size_t adding_group = 256;
 
 /// Calls use(T) with the type that numbers have.
 template <class Use>
@@ -30,7 +35,11 @@ DeviceLanes::DeviceLanes(device::Context& context, const Numbers& numbers, const
       rows_(rows),
       runs_(std::min(rows, runs)),
       partial_(context.allocate(kinds * runs_ * lanes.width * numbers.sum_bytes())),
-      scalars_(context.allocate(kinds * lanes.width * numbers.sum_bytes())) {}
+      scalars_(context.allocate(kinds * lanes.width * numbers.sum_bytes())) {
+  if (!numbers.interleaved) return;
+  adding_ = &program(sums_cl, std::string("-DSUM=") + (numbers.double_sums ? "double" : "float"));
+  sum_ = context.allocate(scalars_.bytes());
+}
 
 std::string DeviceLanes::build_options() const {
   return "-DWIDTH=" + std::to_string(lanes_.width) + " -DOWN=" + (lanes_.own() ? "1" : "0") +
@@ -75,11 +84,16 @@ void DeviceLanes::read_lanes(const device::Buffer& buffer,
 
 std::vector<Scalars> DeviceLanes::read_sums(std::size_t count) const {
   std::vector<Scalars> total(count, Scalars(width(), 0.0));
+  const std::size_t parts_of_kind = adding_ != nullptr ? 1 : runs_;
+  if (adding_ != nullptr) {
+    context_.launch(*adding_, "add_runs", {count * adding_group, 1, adding_group, 1},
+                    static_cast<int>(runs_), partial_, sum_);
+  }
   with_type(numbers_.double_sums, [&]<class T>(T) {
-    std::vector<T> parts(count * runs_ * width());
-    context_.read(partial_, parts.data(), parts.size() * sizeof(T));
+    std::vector<T> parts(count * parts_of_kind * width());
+    context_.read(adding_ != nullptr ? sum_ : partial_, parts.data(), parts.size() * sizeof(T));
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      total[k / (runs_ * width())][k % width()] += static_cast<double>(parts[k]);
+      total[k / (parts_of_kind * width())][k % width()] += static_cast<double>(parts[k]);
     }
   });
   return total;

@@ -16,7 +16,8 @@ enum class Precision { single, twofold };
 /// How numbers are kept and sums are made.
 struct Numbers {
   Precision precision = Precision::single;
-  bool double_sums = true, interleaved = false;
+  bool double_sums = true;
+  bool interleaved = false;  ///< as GPUs go through rows: side by side, in work-groups
 
   std::size_t real_bytes() const { return precision == Precision::single ? 4 : 8; }
   std::size_t sum_bytes() const { return double_sums ? 8 : 4; }
@@ -64,8 +65,8 @@ class DeviceLanes {
   template <class... T>
   void in_runs(device::Program& program, std::size_t count, const char* kernel,
                const T&... arguments) {
-    context_.launch(program, kernel, {runs_, 1, 1, 1}, static_cast<int>(count),
-                    static_cast<int>(runs_), arguments...);
+    context_.launch(program, kernel, {runs_, 1, numbers_.interleaved ? gpu_group : 1, 1},
+                    static_cast<int>(count), static_cast<int>(runs_), arguments...);
   }
   /// Σ per lane of a kernel that leaves partial sums of `count` kinds.
   template <class... T>
@@ -80,12 +81,16 @@ class DeviceLanes {
   const Numbers numbers_;
 
  private:
+  static constexpr std::size_t gpu_group = 64;
+
   std::string build_options() const;
   std::vector<Scalars> read_sums(std::size_t count) const;
 
   Lanes lanes_;
   std::size_t rows_, runs_;
   device::Buffer partial_, scalars_;
+  device::Program* adding_ = nullptr;  ///< of runs on the device; none: the host adds
+  device::Buffer sum_;
 };
 
 }  // namespace kappamu::forward::linear

@@ -34,8 +34,8 @@ typedef REAL own;
   const int i = (int)get_global_id(0); \
   if (i >= count) return;
 
-// Sums run over `runs` stretches, whose sums the host adds in order. INTERLEAVED: 1 where their items
-// take turns row by row (GPUs).
+// Sums run over `runs` stretches, whose sums the host adds in order, or sums.cl. INTERLEAVED: 1 where
+// their items take turns row by row (GPUs).
 #define RUN(rows)                                     \
   const int run = (int)get_global_id(0);              \
   if (run >= runs) return;                            \

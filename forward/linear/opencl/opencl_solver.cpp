@@ -184,8 +184,8 @@ class OpenclSolver final : public BatchSolver {
   OpenclSolver(Assembly assembly, device::Context& context, std::optional<std::size_t> slice)
       : BatchSolver(std::move(assembly)),
         context_(context),
-        numbers_{Precision::twofold, true, context.info().kind == device::Kind::gpu},
-        slice_(slice.value_or(numbers_.interleaved ? gpu_slice : 1)) {
+        slice_(slice.value_or(context.info().kind == device::Kind::gpu ? gpu_slice : 1)),
+        numbers_{Precision::twofold, true, slice_ > 1} {
     if (!context.info().fp64) {
       throw InputError(
           "device '" + context.info().name + "' has no double precision; use another device",
@@ -208,8 +208,8 @@ class OpenclSolver final : public BatchSolver {
   }
 
   device::Context& context_;
-  Numbers numbers_;
   std::size_t slice_;
+  Numbers numbers_;
   std::vector<DeviceLevel> on_device_;
   Buffer coarsest_;
 };

@@ -16,7 +16,7 @@ using linear::Lanes;
 class OpenclSolver final : public LinearSolver {
  public:
   OpenclSolver(const Equations& equations, const Hierarchy& hierarchy, device::Context& context,
-               Precision precision, Lights lights)
+               Precision precision, Lights lights, device::Kind form)
       : hierarchy_(hierarchy),
         context_(context),
         lights_(lights),
@@ -26,7 +26,7 @@ class OpenclSolver final : public LinearSolver {
     if (precision == Precision::twofold && !context.info().fp64) {
       throw InputError("device '" + context.info().name + "' has no double precision");
     }
-    numbers_ = {precision, context.info().fp64, context.info().kind == device::Kind::gpu};
+    numbers_ = {precision, context.info().fp64, form == device::Kind::gpu};
     const auto& levels = hierarchy.level();
     for (std::size_t l = 0; l < levels.size(); ++l) {
       levels_.emplace_back(context, levels[l],
@@ -95,8 +95,9 @@ class OpenclSolver final : public LinearSolver {
 std::unique_ptr<LinearSolver> make_opencl_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
                                                  device::Context& context, Precision precision,
-                                                 Lights lights) {
-  return std::make_unique<OpenclSolver>(equations, hierarchy, context, precision, lights);
+                                                 Lights lights, std::optional<device::Kind> form) {
+  return std::make_unique<OpenclSolver>(equations, hierarchy, context, precision, lights,
+                                        form.value_or(context.info().kind));
 }
 
 }  // namespace kappamu::forward::polygrid

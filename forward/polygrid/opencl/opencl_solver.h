@@ -3,6 +3,8 @@
 // of vectors; only sums are read. Equal input gives equal bits.
 #pragma once
 
+#include <optional>
+
 #include "forward/linear/opencl/device_lanes.h"
 #include "forward/polygrid/linear_solver.h"
 
@@ -11,11 +13,13 @@ namespace kappamu::forward::polygrid {
 /// `twofold` is for tests of the kernels, and for residuals below 1e-6.
 using linear::Precision;
 
-/// Keeps references to all three. Throws InputError where memory is too little or the device lacks
-/// double precision that is asked for. Sums are in double where the device has it.
+/// Keeps references to all three. `form`: the kernels as that kind of device has them; none: its
+/// own. Throws InputError where memory is too little or the device lacks double precision that is
+/// asked for. Sums are in double where the device has it.
 std::unique_ptr<LinearSolver> make_opencl_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
                                                  device::Context& context, Precision precision,
-                                                 Lights lights = Lights::others);
+                                                 Lights lights = Lights::others,
+                                                 std::optional<device::Kind> form = {});
 
 }  // namespace kappamu::forward::polygrid

@@ -60,9 +60,10 @@ double relative_difference(const Vector& a, const Vector& b) {
 }
 
 void expect_equal(const System& system, const std::vector<Load>& loads, Precision precision,
-                  double tolerance, double most_difference) {
+                  double tolerance, double most_difference, std::optional<device::Kind> form = {}) {
   const auto reference = make_reference_solver(system.equations);
-  const auto opencl = make_opencl_solver(system.equations, system.hierarchy, context(), precision);
+  const auto opencl = make_opencl_solver(system.equations, system.hierarchy, context(), precision,
+                                         Lights::others, form);
   reference->set_media(system.media);
   opencl->set_media(system.media);
   std::vector<Vector> a, b;
@@ -84,6 +85,20 @@ TEST(PolygridOpencl, IsEquivalentToTheReference) {
   std::vector<Load> many;
   for (unsigned l = 0; l < 11; ++l) many.push_back(system.load(l < 9 ? 2 : 0, l));
   expect_equal(system, many, Precision::twofold, 1e-11, 1e-9);
+}
+
+// Rows in turn, work-groups of sums, and sums of these on the device.
+TEST(PolygridOpencl, InTheFormOfGpusIsEquivalentToTheReference) {
+  const System system(bent_polygrid({13, 7, 5}), 3);
+  constexpr auto gpu = device::Kind::gpu;
+  expect_equal(system, {system.load(1, 1)}, Precision::twofold, 1e-11, 1e-9, gpu);
+  expect_equal(system, {system.load(0, 1), system.load(1, 2), system.load(2, 3)},
+               Precision::twofold, 1e-11, 1e-9, gpu);
+  std::vector<Load> many;
+  for (unsigned l = 0; l < 11; ++l) many.push_back(system.load(l < 9 ? 2 : 0, l));
+  expect_equal(system, many, Precision::twofold, 1e-11, 1e-9, gpu);
+  expect_equal(system, {system.load(0, 1), system.load(1, 2), system.load(2, 3)}, Precision::single,
+               1e-5, 1e-4, gpu);
 }
 
 TEST(PolygridHost, IsEquivalentToTheReference) {
@@ -158,12 +173,16 @@ double energy_norm(const System& system, const Vector& v) {
   return std::sqrt(sum);
 }
 
+class PolygridOpenclForm : public testing::TestWithParam<device::Kind> {};
+INSTANTIATE_TEST_SUITE_P(Forms, PolygridOpenclForm,
+                         testing::Values(device::Kind::cpu, device::Kind::gpu));
+
 // However few iterations it takes: the error, in the norm stated, is what the solver says.
-TEST(PolygridOpencl, EndsWithinItsTolerance) {
+TEST_P(PolygridOpenclForm, EndsWithinItsTolerance) {
   const System system(ball_polygrid(14, 5.0), 1);
   const auto reference = make_reference_solver(system.equations);
   const auto opencl = make_opencl_solver(system.equations, system.hierarchy, context(),
-                                         Precision::single, Lights::moving);
+                                         Precision::single, Lights::moving, GetParam());
   reference->set_media(system.media);
   opencl->set_media(system.media);
   std::vector<Vector> exact, x;

@@ -19,8 +19,8 @@ class PeerTest : public FolderTest {
     ASSERT_EQ(run.samples.size(), 2U);
     // A residual of 1e-10 leaves an error of the same size, times what the contrast allows.
     constexpr double tolerance = 1e-8;
-    EXPECT_LT(run.samples[1].error(), tolerance);
-    EXPECT_GT(run.samples[0].error(), run.samples[1].error());
+    EXPECT_LT(run.samples[1].error().value(), tolerance);
+    EXPECT_GT(run.samples[0].error().value(), run.samples[1].error().value());
     EXPECT_GT(run.samples[1].iterations, run.samples[0].iterations);
     EXPECT_GT(run.samples[1].solve_seconds_per_rhs, 0.0);
     EXPECT_FALSE(run.setting.empty());

@@ -102,8 +102,8 @@ TEST(MeasureGridSolver, AsksForTheWorkItReports) {
                                            {1e-3, 1e-8}, 2);
   ASSERT_EQ(samples.size(), 2U);
   EXPECT_GT(samples[1].iterations, samples[0].iterations);
-  EXPECT_LT(samples[1].error(), 1e-6);
-  EXPECT_GT(samples[0].error(), samples[1].error());
+  EXPECT_LT(samples[1].error().value(), 1e-6);
+  EXPECT_GT(samples[0].error().value(), samples[1].error().value());
   EXPECT_NEAR(samples[0].seconds_per_rhs,
               samples[0].solve_seconds_per_rhs + samples[0].set_up_seconds / 3.0, 1e-12);
 }
