@@ -35,12 +35,20 @@ ObjectMedium::ObjectMedium(std::shared_ptr<const Medium> volume,
 }
 
 Coefficients ObjectMedium::at(const Eigen::Vector3d& point) const {
-  if (!volume_) return smallest_;
+  return volume_ ? of_voxel(voxel_at(point)) : smallest_;
+}
+
+std::size_t ObjectMedium::voxel_at(const Eigen::Vector3d& point) const {
   const GridShape& s = volume_->kappa.shape();
   const Eigen::Vector3d voxel = (volume_from_object_ * point) / s.voxel_mm;
-  const std::size_t i = s.index(wrapped(voxel.x(), s.nx, wrap_), wrapped(voxel.y(), s.ny, wrap_),
-                                wrapped(voxel.z(), s.nz, wrap_));
-  return {volume_->kappa[i], volume_->mu[i]};
+  return s.index(wrapped(voxel.x(), s.nx, wrap_), wrapped(voxel.y(), s.ny, wrap_),
+                 wrapped(voxel.z(), s.nz, wrap_));
+}
+
+bool ObjectMedium::placed_as(const ObjectMedium& other) const {
+  return volume_ && other.volume_ && other.wrap_ == wrap_ &&
+         other.volume_->kappa.shape() == volume_->kappa.shape() &&
+         other.volume_from_object_.matrix() == volume_from_object_.matrix();
 }
 
 Eigen::AlignedBox3d ObjectMedium::difference(const ObjectMedium& other) const {
@@ -53,10 +61,7 @@ Eigen::AlignedBox3d ObjectMedium::difference(const ObjectMedium& other) const {
   }
   if (!volume_ || !other.volume_) return everywhere;
   const GridShape& s = volume_->kappa.shape();
-  if (wrap_ != Wrap::clamp || other.wrap_ != wrap_ || !(other.volume_->kappa.shape() == s) ||
-      other.volume_from_object_.matrix() != volume_from_object_.matrix()) {
-    return everywhere;
-  }
+  if (wrap_ != Wrap::clamp || !placed_as(other)) return everywhere;
   if (volume_ == other.volume_) return {};
   Eigen::AlignedBox3i voxels;
   const auto same = [&](const Medium& a, const Medium& b, std::size_t i) {

@@ -33,6 +33,13 @@ class ObjectMedium {
 
   bool homogeneous() const { return !volume_; }
   Coefficients at(const Eigen::Vector3d& point) const;
+  /// Whether both are volumes whose voxels lie in the same places.
+  bool placed_as(const ObjectMedium& other) const;
+  /// Of a volume: the voxel that holds a point, and the coefficients of one.
+  std::size_t voxel_at(const Eigen::Vector3d& point) const;
+  Coefficients of_voxel(std::size_t voxel) const {
+    return {volume_->kappa[voxel], volume_->mu[voxel]};
+  }
   /// A box [mm] outside of which this medium is the same as `other`: empty where they are the same
   /// everywhere, all of space where they are not placed alike.
   Eigen::AlignedBox3d difference(const ObjectMedium& other) const;

@@ -23,8 +23,8 @@ namespace kappamu::io {
 void write_atomically(const std::filesystem::path& target,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// Files of so many bytes and more had better pass the system's cache by: there they cost memory,
-/// and time to copy them, but hardly fit beside each other until they are read.
+/// Files of so many bytes and more should bypass the system's cache. There they cost memory and
+/// time to copy, and most are dropped before they are read.
 inline constexpr std::uintmax_t cache_bypass = std::uintmax_t{1} << 28;
 
 /// Whether what is written stays in the system's cache for those who read it next, or goes to the

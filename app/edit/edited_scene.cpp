@@ -107,6 +107,13 @@ std::string edited_scene(const render::Scene& scene, std::size_t object,
   render::LightChanges lights;
   if (const auto& own = scene.objects[object].edits) lights = render::read_recipe(*own).lights;
   const render::LightChanges later = edited.recipe().lights;
+  for (std::size_t other = 0; other < scene.objects.size(); ++other) {
+    const auto& recipe = scene.objects[other].edits;
+    if (other == object || !recipe) continue;
+    // The scene written has this recipe still, which would undo the change.
+    render::expect_agreement(render::read_recipe(*recipe).lights, recipe->string(), later,
+                             "the edits of object '" + scene.objects[object].name + "'");
+  }
   lights.insert(lights.end(), later.begin(), later.end());
   for (const render::LightChange& change : lights) {
     json["lights"].at(change.light).update(render::fields_of(change));

@@ -180,7 +180,12 @@ LayeredTransport::Modes LayeredTransport::modes_of(const TransportLayer& layer, 
   const Eigen::MatrixXd even_system = system(even_, across_even_);
   const Eigen::MatrixXd odd_system = system(odd_, across_odd_);
   const Eigen::MatrixXd down = along_.transpose();
-  const Eigen::MatrixXd driven = solve(even_system, along_);
+  // Both by one decomposition: ψ_even per ψ_odd', and of the beam where ψ_odd' = 0.
+  Eigen::MatrixXd right(along_.rows(), along_.cols() + 1);
+  right << along_, first_collisions(even_);
+  const Eigen::MatrixXd solved = solve(even_system, right);
+  const Eigen::MatrixXd driven = solved.leftCols(along_.cols());
+  const Eigen::VectorXd even = solved.rightCols(1);
   const Eigen::MatrixXd stiffness = product(down, driven);
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(solve(stiffness, odd_system));
   Modes modes;
@@ -189,7 +194,6 @@ LayeredTransport::Modes LayeredTransport::modes_of(const TransportLayer& layer, 
   modes.shapes = solver.eigenvectors();
   modes.decay = solver.eigenvalues().array().sqrt();
   const double t = modes.extinction;
-  const Eigen::VectorXd even = solve(even_system, first_collisions(even_));
   modes.beam_odd =
       solve(t * t * stiffness - odd_system, -t * product(down, even) - first_collisions(odd_));
   modes.beam_even = even + t * product(driven, modes.beam_odd);

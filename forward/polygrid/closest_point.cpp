@@ -14,6 +14,12 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// Of a point from a box; 0 within.
+double squared_distance(const Vector3d& point, const Vector3d& low, const Vector3d& high) {
+  const Vector3d off = (low - point).cwiseMax(point - high).cwiseMax(0.0);
+  return off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+}
+
 std::vector<AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
   std::vector<AlignedBox3d> boxes;
   for (const auto& t : mesh.triangles) {
@@ -58,6 +64,7 @@ ClosestPoint::ClosestPoint(const TriangleMesh& mesh)
   for (const auto& t : mesh.triangles) {
     const std::array<Vector3d, 3> v{mesh.vertices[at(t[0])], mesh.vertices[at(t[1])],
                                     mesh.vertices[at(t[2])]};
+    corners_.push_back(v);
     normal_.push_back((v[1] - v[0]).cross(v[2] - v[0]).stableNormalized());
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3d a = (v[(k + 1) % 3] - v[k]).stableNormalized();
@@ -71,9 +78,9 @@ ClosestPoint::ClosestPoint(const TriangleMesh& mesh)
 ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near, double enough) const {
   Found best;
   const auto look_at = [&](int triangle) {
-    const auto& t = mesh_.triangles[at(triangle)];
-    const Vector3d &a = mesh_.vertices[at(t[0])], &b = mesh_.vertices[at(t[1])],
-                   &c = mesh_.vertices[at(t[2])];
+    const auto& [a, b, c] = corners_[at(triangle)];
+    const Vector3d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    if (squared_distance(point, low, high) > best.distance) return;
     const Vector3d weights = closest_weights(point, a, b, c);
     const Vector3d there = weights[0] * a + weights[1] * b + weights[2] * c;
     const double squared = (there - point).squaredNorm();
@@ -84,8 +91,9 @@ ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near, double e
   best.distance = std::numeric_limits<double>::infinity();
   const double ends = enough > 0.0 ? enough * enough : -1.0;
   look_at(near);
-  tree_.visit_nearest([&](const AlignedBox3d& box) { return box.squaredExteriorDistance(point); },
-                      [&] { return best.distance > ends ? best.distance : -1.0; }, look_at);
+  tree_.visit_nearest(
+      [&](const AlignedBox3d& box) { return squared_distance(point, box.min(), box.max()); },
+      [&] { return best.distance > ends ? best.distance : -1.0; }, look_at);
   best.distance = std::sqrt(best.distance);
   return best;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "core/mesh/box_tree.h"
@@ -37,7 +38,8 @@ class ClosestPoint {
  private:
   const TriangleMesh& mesh_;
   BoxTree tree_;
-  std::vector<Eigen::Vector3d> normal_;         ///< of triangles
+  std::vector<std::array<Eigen::Vector3d, 3>> corners_;  ///< of triangles
+  std::vector<Eigen::Vector3d> normal_;                  ///< of triangles
   std::vector<Eigen::Vector3d> vertex_normal_;  ///< means of the triangles', weighted by angle
 };
 

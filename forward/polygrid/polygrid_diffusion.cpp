@@ -24,37 +24,76 @@ Eigen::AlignedBox3d box_of(const CellCorners& corners) {
   return box;
 }
 
-/// Mean over points of a cell.
-Coefficients mean_coefficients(const CellCorners& at, const Eigen::AlignedBox3d& box,
-                               const ObjectMedium& medium) {
-  if (medium.homogeneous()) return medium.at(Vector3d::Zero());
-  const double points = std::ceil(box.sizes().maxCoeff() / *medium.voxel_mm());
-  const int n = static_cast<int>(std::clamp(points, 1.0, static_cast<double>(most_points)));
-  Coefficients sum;
-  for (int z = 0; z < n; ++z) {
-    for (int y = 0; y < n; ++y) {
-      for (int x = 0; x < n; ++x) {
-        const std::array<double, 8> shape = shape_functions((Vector3d(x, y, z).array() + 0.5) / n);
-        Vector3d p = Vector3d::Zero();
-        for (std::size_t c = 0; c < 8; ++c) p += shape[c] * at[c];
-        const Coefficients here = medium.at(p);
-        sum.kappa += here.kappa;
-        sum.mu += here.mu;
+/// Means over points of cells, of several media. Media that are placed alike are looked up at the
+/// same voxels.
+class CellMeans {
+ public:
+  explicit CellMeans(std::span<const ObjectMedium* const> media) : media_(media) {
+    alike_ = std::all_of(media.begin(), media.end(),
+                         [&](const ObjectMedium* each) { return each->placed_as(*media[0]); });
+    for (int n = 1; n <= most_points; ++n) {
+      for (int z = 0; z < n; ++z) {
+        for (int y = 0; y < n; ++y) {
+          for (int x = 0; x < n; ++x) {
+            weights_[at(n)].push_back(shape_functions((Vector3d(x, y, z).array() + 0.5) / n));
+          }
+        }
       }
     }
   }
-  return {sum.kappa / (n * n * n), sum.mu / (n * n * n)};
-}
+
+  /// means[c]: of medium c.
+  void of_cell(const CellCorners& corners, const Eigen::AlignedBox3d& box,
+               std::span<Coefficients> means) const {
+    std::array<std::size_t, most_points * most_points * most_points> voxels{};
+    for (std::size_t c = 0; c < media_.size(); ++c) {
+      const ObjectMedium& medium = *media_[c];
+      if (medium.homogeneous()) {
+        means[c] = medium.smallest();
+        continue;
+      }
+      const double points = std::ceil(box.sizes().maxCoeff() / *medium.voxel_mm());
+      const int n = static_cast<int>(std::clamp(points, 1.0, static_cast<double>(most_points)));
+      if (c == 0 || !alike_) {
+        for (std::size_t k = 0; k < weights_[at(n)].size(); ++k) {
+          Vector3d p = Vector3d::Zero();
+          for (std::size_t i = 0; i < 8; ++i) p += weights_[at(n)][k][i] * corners[i];
+          voxels[k] = medium.voxel_at(p);
+        }
+      }
+      Coefficients sum;
+      const std::size_t count = weights_[at(n)].size();
+      for (std::size_t k = 0; k < count; ++k) {
+        const Coefficients here = medium.of_voxel(voxels[k]);
+        sum.kappa += here.kappa;
+        sum.mu += here.mu;
+      }
+      means[c] = {sum.kappa / static_cast<double>(count), sum.mu / static_cast<double>(count)};
+    }
+  }
+
+ private:
+  static std::size_t at(int n) { return static_cast<std::size_t>(n); }
+
+  std::span<const ObjectMedium* const> media_;
+  bool alike_ = false;
+  /// [n][point] of the cell's corners, for n points along an edge.
+  std::array<std::vector<std::array<double, 8>>, most_points + 1> weights_;
+};
 
 }  // namespace
 
-std::vector<Coefficients> coefficients_of_cells(const Polygrid& grid, const ObjectMedium& medium) {
-  std::vector<Coefficients> result(grid.cell.size(), medium.at(Vector3d::Zero()));
-  if (medium.homogeneous()) return result;
-  for_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
+std::vector<std::vector<Coefficients>> coefficients_of_cells(
+    const Polygrid& grid, std::span<const ObjectMedium* const> media) {
+  std::vector<std::vector<Coefficients>> result(media.size(),
+                                                std::vector<Coefficients>(grid.cell.size()));
+  const CellMeans means(media);
+  for_ranges(grid.cell.size(), [&](std::size_t begin, std::size_t end) {
+    std::vector<Coefficients> here(media.size());
     for (std::size_t k = begin; k < end; ++k) {
-      const CellCorners at = corners_of(grid, k);
-      result[k] = mean_coefficients(at, box_of(at), medium);
+      const CellCorners corners = corners_of(grid, k);
+      means.of_cell(corners, box_of(corners), here);
+      for (std::size_t c = 0; c < here.size(); ++c) result[c][k] = here[c];
     }
   });
   return result;
@@ -79,22 +118,19 @@ PolygridDiffusion::~PolygridDiffusion() = default;
 
 void PolygridDiffusion::set_media(std::span<const ObjectMedium* const> media) {
   const double start = processor_seconds();
-  bool all = media_.size() != media.size();
-  if (all) of_cell_.assign(media.size(), {});
+  const bool all = media_.size() != media.size();
   std::vector<char> changed(equations_.unknowns(), 0);
-  std::vector<Eigen::AlignedBox3d> differences(media.size());
-  if (!all) {
+  if (all) {
+    of_cell_ = coefficients_of_cells(grid_, media);
+  } else {
+    std::vector<Eigen::AlignedBox3d> differences(media.size());
     for_rows(static_cast<int>(media.size()), [&](int row) {
       const auto c = static_cast<std::size_t>(row);
       differences[c] = media[c]->difference(media_[c]);
     });
-  }
-  for (std::size_t c = 0; c < media.size(); ++c) {
-    if (all) {
-      of_cell_[c] = coefficients_of_cells(grid_, *media[c]);
-    } else {
-      renew_cells(*media[c], differences[c], of_cell_[c], changed);
-    }
+    Eigen::AlignedBox3d region;
+    for (const Eigen::AlignedBox3d& difference : differences) region.extend(difference);
+    renew_cells(media, region, changed);
   }
   std::vector<int> rows;
   for (std::size_t i = 0; i < changed.size(); ++i) {
@@ -115,27 +151,33 @@ void PolygridDiffusion::set_media(std::span<const ObjectMedium* const> media) {
   seconds_.media = processor_seconds() - start;
 }
 
-void PolygridDiffusion::renew_cells(const ObjectMedium& medium, const Eigen::AlignedBox3d& region,
-                                    std::vector<Coefficients>& of_cell,
-                                    std::vector<char>& row_changed) const {
+void PolygridDiffusion::renew_cells(std::span<const ObjectMedium* const> media,
+                                    const Eigen::AlignedBox3d& region,
+                                    std::vector<char>& row_changed) {
   if (region.isEmpty()) return;
-  std::vector<char> changed(of_cell.size(), 0);
+  const CellMeans means(media);
+  const std::size_t cells = grid_.cell.size();
+  std::vector<char> changed(cells, 0);
   Eigen::AlignedBox3d about(region);  // holds the nodes of cells that meet the region
   about.min().array() -= longest_cell_;
   about.max().array() += longest_cell_;
-  for_ranges(of_cell.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(cells, [&](std::size_t begin, std::size_t end) {
+    std::vector<Coefficients> now(media.size());
     for (std::size_t k = begin; k < end; ++k) {
       if (!about.contains(grid_.node[k])) continue;
-      const CellCorners at = corners_of(grid_, k);
-      const Eigen::AlignedBox3d box = box_of(at);
+      const CellCorners corners = corners_of(grid_, k);
+      const Eigen::AlignedBox3d box = box_of(corners);
       if (!region.intersects(box)) continue;
-      const Coefficients now = mean_coefficients(at, box, medium);
-      if (now.kappa == of_cell[k].kappa && now.mu == of_cell[k].mu) continue;
-      of_cell[k] = now;
-      changed[k] = 1;
+      means.of_cell(corners, box, now);
+      for (std::size_t c = 0; c < now.size(); ++c) {
+        Coefficients& before = of_cell_[c][k];
+        if (now[c].kappa == before.kappa && now[c].mu == before.mu) continue;
+        before = now[c];
+        changed[k] = 1;
+      }
     }
   });
-  for (std::size_t k = 0; k < changed.size(); ++k) {
+  for (std::size_t k = 0; k < cells; ++k) {
     if (changed[k] == 0) continue;
     for (const int corner : grid_.cell_corners[k])
       row_changed[static_cast<std::size_t>(corner)] = 1;

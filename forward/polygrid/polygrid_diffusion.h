@@ -63,8 +63,8 @@ class PolygridDiffusion {
 
  private:
   /// Coefficients of the cells that meet `region`; marks the rows of those that have changed.
-  void renew_cells(const ObjectMedium& medium, const Eigen::AlignedBox3d& region,
-                   std::vector<Coefficients>& of_cell, std::vector<char>& row_changed) const;
+  void renew_cells(std::span<const ObjectMedium* const> media, const Eigen::AlignedBox3d& region,
+                   std::vector<char>& row_changed);
   void add_light(std::span<const ObjectProblem> problems, std::size_t light, double remainder,
                  std::vector<PolygridAnswer>& answers);
   /// q of E_t = 1, and E_t less what q sends out.
@@ -89,8 +89,9 @@ class PolygridDiffusion {
   PolygridSeconds seconds_;
 };
 
-/// κ and μ in every cell: the medium's means over points not farther apart than its voxels, up to
+/// [medium][cell] κ and μ: the medium's means over points not farther apart than its voxels, up to
 /// four along each of the cell's edges.
-std::vector<Coefficients> coefficients_of_cells(const Polygrid& grid, const ObjectMedium& medium);
+std::vector<std::vector<Coefficients>> coefficients_of_cells(
+    const Polygrid& grid, std::span<const ObjectMedium* const> media);
 
 }  // namespace kappamu::forward::polygrid

@@ -8,6 +8,7 @@
 #include "render/edit/recipe_fields.h"
 #include "render/hair/fur_file.h"
 #include "render/material/published_materials.h"
+#include "render/node_values.h"
 
 namespace kappamu::render {
 
@@ -16,37 +17,12 @@ namespace {
 using Node = io::JsonNode;
 using Eigen::Vector3d;
 
-constexpr double largest_mm = 1e6, smallest_mm = 1e-6;
 constexpr double largest_factor = 1e6;
-
-Vector3d vector_of(const Node& node) {
-  const std::vector<Node> xyz = node.exactly(3);
-  return {xyz[0].number_between(-largest_mm, largest_mm),
-          xyz[1].number_between(-largest_mm, largest_mm),
-          xyz[2].number_between(-largest_mm, largest_mm)};
-}
-
-double length_of(const Node& node) {
-  return node.number_between(smallest_mm, largest_mm);
-}
-
-Vector3d direction_of(const Node& node) {
-  const Vector3d direction = vector_of(node);
-  if (direction.norm() < 1e-9) node.fail("has no length; write a direction");
-  // A direction of unit length stays what it is to the last bit: a recipe replayed is the same.
-  return std::abs(direction.norm() - 1.0) < 1e-12 ? direction : Vector3d(direction.normalized());
-}
 
 constexpr Names<Frame, 2> frame_names{{{"volume", Frame::volume}, {"object", Frame::object}}};
 
 Frame frame_of(const Node& node) {
   return node.has("frame") ? node["frame"].named(frame_names) : Frame::volume;
-}
-
-std::filesystem::path path_of(const Node& node, const std::filesystem::path& folder) {
-  const std::string name = node.text();
-  if (name.empty()) node.fail("is empty; write a file's name");
-  return folder / name;
 }
 
 /// The range of depths of a selection.
@@ -67,7 +43,7 @@ Stroke stroke_of(const Node& node) {
   node.expect_fields({"points_mm", "inward"});
   Stroke stroke;
   for (const Node& point : node["points_mm"].items(1)) {
-    stroke.points_mm.push_back(vector_of(point));
+    stroke.points_mm.push_back(point_of(point));
   }
   for (const Node& direction : node["inward"].items(1)) {
     stroke.inward.push_back(direction_of(direction));
@@ -93,10 +69,7 @@ BrushSelection brush_of(const Node& node) {
     if (brush.frame == Frame::object) {
       node["stretch"].fail("belongs to the volume's frame; remove it");
     }
-    const std::vector<Node> xyz = node["stretch"].exactly(3);
-    for (int axis = 0; axis < 3; ++axis) {
-      brush.stretch[axis] = xyz[static_cast<std::size_t>(axis)].number_between(1e-6, 1e6);
-    }
+    brush.stretch = three_of(node["stretch"], 1e-6, 1e6);
   }
   return brush;
 }
@@ -106,8 +79,8 @@ ProjectionSelection projection_of(const Node& node, const std::filesystem::path&
                      {"up"});
   ProjectionSelection projection;
   projection.image = path_of(node["image"], folder);
-  projection.position_mm = vector_of(node["position_mm"]);
-  projection.target_mm = vector_of(node["target_mm"]);
+  projection.position_mm = point_of(node["position_mm"]);
+  projection.target_mm = point_of(node["target_mm"]);
   const Vector3d forward = projection.target_mm - projection.position_mm;
   if (forward.norm() < smallest_mm) {
     node["target_mm"].fail("lies at position_mm; move one of the two");
@@ -154,7 +127,7 @@ Selection selection_of(const Node& node, const std::filesystem::path& folder) {
   }
   if (kind == "box") {
     node.expect_fields({"kind", "from_mm", "to_mm"}, {"frame"});
-    const BoxSelection box{vector_of(node["from_mm"]), vector_of(node["to_mm"]), frame_of(node)};
+    const BoxSelection box{point_of(node["from_mm"]), point_of(node["to_mm"]), frame_of(node)};
     if ((box.to_mm.array() <= box.from_mm.array()).any()) {
       node["to_mm"].fail("is not beyond from_mm on every axis; write the box's far corner");
     }
@@ -258,7 +231,7 @@ Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   }
   node.expect_fields(required, optional);
   if (edit.operation == Operation::copy) {
-    edit.offset_mm = vector_of(node["offset_mm"]);
+    edit.offset_mm = point_of(node["offset_mm"]);
     if (node.has("volume")) edit.volume = path_of(node["volume"], folder);
   } else {
     read_amounts(node, edit);
@@ -266,13 +239,6 @@ Edit edit_of(const Node& node, const std::filesystem::path& folder) {
   if (edit.operation == Operation::blend) edit.share = node["share"].number_between(0.0, 1.0);
   edit.where = selection_of(node["where"], folder);
   return edit;
-}
-
-Vector3d brightness_of(const Node& node) {
-  constexpr double largest_light = 1e6;
-  const std::vector<Node> rgb = node.exactly(3);
-  return {rgb[0].number_between(0.0, largest_light), rgb[1].number_between(0.0, largest_light),
-          rgb[2].number_between(0.0, largest_light)};
 }
 
 LightChange light_change_of(const Node& node) {
@@ -284,11 +250,11 @@ LightChange light_change_of(const Node& node) {
     node["light"].fail("is " + std::to_string(number) + "; count the scene's lights from 1");
   }
   change.light = static_cast<std::size_t>(number - 1);
-  if (node.has("position_mm")) change.position_mm = vector_of(node["position_mm"]);
+  if (node.has("position_mm")) change.position_mm = point_of(node["position_mm"]);
   if (node.has("direction")) change.direction = direction_of(node["direction"]);
   if (node.has("turn_deg")) change.turn_deg = node["turn_deg"].number_between(-360.0, 360.0);
-  if (node.has("irradiance")) change.irradiance = brightness_of(node["irradiance"]);
-  if (node.has("radiance")) change.radiance = brightness_of(node["radiance"]);
+  if (node.has("irradiance")) change.irradiance = three_of(node["irradiance"], 0.0, largest_light);
+  if (node.has("radiance")) change.radiance = three_of(node["radiance"], 0.0, largest_light);
   if (change.empty()) node.fail("changes nothing; write 'position_mm' or another of its fields");
   return change;
 }

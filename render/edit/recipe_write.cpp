@@ -94,7 +94,7 @@ ordered_json json_of(const BoxSelection& where, const std::filesystem::path& /*f
 }  // namespace
 
 ordered_json edit_json(const Edit& edit, const std::filesystem::path& folder) {
-  ordered_json json{{"operation", name_of(operation_names, edit.operation)}};
+  ordered_json json{{"operation", kappamu::name_of(operation_names, edit.operation)}};
   if (edit.off) json["off"] = true;
   if (edit.eta) json["eta"] = *edit.eta;
   if (edit.roughness) json["roughness"] = *edit.roughness;

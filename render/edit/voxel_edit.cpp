@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
 
@@ -245,12 +246,15 @@ class Editing {
 }  // namespace
 
 std::size_t VoxelDifference::voxels() const {
-  std::vector<std::uint32_t> all;
+  std::vector<std::uint32_t> all, here, joined;  // in order, as select() has them
   for (const auto& channel : channels) {
-    for (const Change& change : channel) all.push_back(change.voxel);
+    here.clear();
+    for (const Change& change : channel) here.push_back(change.voxel);
+    joined.clear();
+    std::set_union(all.begin(), all.end(), here.begin(), here.end(), std::back_inserter(joined));
+    all.swap(joined);
   }
-  std::sort(all.begin(), all.end());
-  return static_cast<std::size_t>(std::unique(all.begin(), all.end()) - all.begin());
+  return all.size();
 }
 
 VoxelDifference difference_of(const Edit& edit, const io::VolumeSet& set, const EditedBody* body) {

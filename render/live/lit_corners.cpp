@@ -45,7 +45,7 @@ class OnceScattered {
       const double share = place - static_cast<double>(i);
       sum += arriving * entering * ((1.0 - share) * table_[i] + share * table_[i + 1]);
     }
-    return sum * (*surface_.albedo)[triangle];
+    return sum * surface_.below->albedo[triangle];
   }
 
  private:
@@ -126,11 +126,11 @@ std::vector<float> LitCorners::light_of(const LiveAnswer& answer) const {
         triangles[t].template segment<3>(0) =
             (exitance - entering - once[t]).template cast<float>();
         // What a body emits leaves as what enters diffusely does, refracted alone.
-        if (!surface.glow.empty()) {
-          entering += std::numbers::pi * (1.0 - boundary.r_phi) * surface.glow[t];
+        if (!surface.below->glow.empty()) {
+          entering += std::numbers::pi * (1.0 - boundary.r_phi) * surface.below->glow[t];
         }
         triangles[t].template segment<3>(3) = entering.template cast<float>();
-        triangles[t].template segment<3>(6) = (*surface.albedo)[t].template cast<float>();
+        triangles[t].template segment<3>(6) = surface.below->albedo[t].template cast<float>();
         for (std::size_t s = 0; s < static_cast<std::size_t>(sources); ++s) {
           triangles[t].template segment<3>(9 + 3 * static_cast<Eigen::Index>(s)) =
               surface.arriving[s][t];

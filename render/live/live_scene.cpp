@@ -41,7 +41,8 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
       tolerance_(options.tolerance.value_or(scene.model.tolerance)),
       chosen_(options.model),
       sky_(world_.objects().size()),
-      albedo_(world_.objects().size()),
+      below_(world_.objects().size()),
+      arriving_(world_.objects().size()),
       homogeneous_(all_homogeneous(world_)),
       lit_inside_(world_.lit_inside()),
       furry_(std::any_of(scene.objects.begin(), scene.objects.end(),
@@ -59,7 +60,7 @@ void LiveScene::take_media(const LiveQuestion& question) {
     const WorldObject& edited = solved().objects()[object];
     const double eta = edited.boundary.eta;
     const bool other = !same(edited.media, media);
-    if (other) albedo_[object].reset();
+    if (other) below_[object].reset();
     changed = changed || other;
     ObjectMedia set = media;
     if (!other) set.channels = edited.media.channels;
@@ -117,7 +118,8 @@ std::string LiveScene::take_shapes(const ShapeQuestion& shape) {
     for (const std::size_t object : others) solvers[object]->shape_changed();
   }
   // What is known is of another shape.
-  for (const std::size_t object : others) albedo_[object].reset();
+  for (const std::size_t object : others) below_[object].reset();
+  for (auto& of_object : arriving_) of_object.reset();
   features_.clear();
   std::erase_if(records_, [](const auto& record) { return record.first.second > 0; });
   for (auto& [step, record] : records_) record.error.reset();
@@ -199,11 +201,9 @@ void LiveScene::describe_surfaces(const LightSources& sources, LiveAnswer& answe
   const World& world = solved();
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const WorldObject& object = world.objects()[i];
-    if (!albedo_[i]) {
-      albedo_[i] = std::make_shared<const std::vector<Colour>>(albedo_below(object));
-    }
-    answer.surface.push_back({object.boundary, object.roughness, albedo_[i],
-                              arriving_on(world, i, sources), glow_below(object)});
+    if (!below_[i]) below_[i] = std::make_shared<const BelowSurface>(below_surface(object));
+    if (!arriving_[i]) arriving_[i] = arriving_on(world, i, sources);
+    answer.surface.push_back({object.boundary, object.roughness, below_[i], *arriving_[i]});
   }
   for (std::size_t s = 0; s < std::min(most_drawn_sources, sources.size()); ++s) {
     Eigen::Vector4d place = Eigen::Vector4d::UnitW();
@@ -221,6 +221,10 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   answered_ = false;
   picture_.reset();
   take_media(question);
+  if (lights_.size() != question.lights.size() ||
+      !light_changes(lights_, question.lights).empty()) {
+    for (auto& of_object : arriving_) of_object.reset();
+  }
   lights_ = question.lights;
   const Stopwatch shape_watch;
   mode_ = "static";

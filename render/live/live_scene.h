@@ -127,8 +127,9 @@ class LiveScene {
   std::vector<std::vector<forward::ObjectFeatures>> features_;
   std::optional<LiveAnswer> last_;
   bool answered_ = false;  ///< the last question, by `last_`
-  /// As SurfaceLight has it, of each object; empty: not known of its medium and shape.
-  std::vector<std::shared_ptr<const std::vector<Colour>>> albedo_;
+  /// Of each object; none: not known of its medium and shape, or of the lights and all shapes.
+  std::vector<std::shared_ptr<const BelowSurface>> below_;
+  std::vector<std::optional<Arriving>> arriving_;
   LivePicture picture_;
   bool homogeneous_ = true;  ///< all objects
   bool lit_inside_ = false;  ///< light begins inside objects

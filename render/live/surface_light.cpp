@@ -36,25 +36,22 @@ std::vector<Colour> below(const WorldObject& object, const Value& value) {
 
 }  // namespace
 
-std::vector<Colour> albedo_below(const WorldObject& object) {
-  return below(object, [](const Coefficients& here) {
+BelowSurface below_surface(const WorldObject& object) {
+  BelowSurface found;
+  found.albedo = below(object, [](const Coefficients& here) {
     return std::max(0.0, 1.0 - 3.0 * here.kappa * here.mu);
   });
-}
-
-std::vector<Colour> glow_below(const WorldObject& object) {
-  if (object.emission.maxCoeff() <= 0.0) return {};
-  std::vector<Colour> glow = below(
+  if (object.emission.maxCoeff() <= 0.0) return found;
+  found.glow = below(
       object, [](const Coefficients& here) { return 3.0 * here.kappa / (4.0 * std::numbers::pi); });
-  for (Colour& of_triangle : glow) of_triangle *= object.emission;
-  return glow;
+  for (Colour& of_triangle : found.glow) of_triangle *= object.emission;
+  return found;
 }
 
-std::vector<std::vector<Eigen::Array3f>> arriving_on(const World& world, std::size_t object,
-                                                     const LightSources& sources) {
+Arriving arriving_on(const World& world, std::size_t object, const LightSources& sources) {
   const WorldObject& lit = world.objects()[object];
   const std::size_t triangles = lit.surface.size();
-  std::vector<std::vector<Eigen::Array3f>> arriving;
+  Arriving arriving;
   for (std::size_t s = 0; s < std::min(most_drawn_sources, sources.size()); ++s) {
     auto& here = arriving.emplace_back(triangles, Eigen::Array3f::Zero());
     for_pieces(triangles, triangles_at_once, [&](std::size_t, std::size_t begin, std::size_t end) {

@@ -14,28 +14,29 @@ namespace kappamu::render {
 /// Sources that are drawn while things move, the first of a scene.
 inline constexpr std::size_t most_drawn_sources = 4;
 
+/// Of each triangle of an object, a hundredth of a mean free path below its middle.
+struct BelowSurface {
+  std::vector<Colour> albedo;  ///< σs'/σt' = 1 − 3κμ
+  /// Radiance inside of what the object emits and is not scattered on its way, ε/(4πσt') of a deep
+  /// layer; empty: it does not glow.
+  std::vector<Colour> glow;
+};
+BelowSurface below_surface(const WorldObject& object);
+
+/// Irradiance on a surface that faces the source, in the middle of each triangle; 0 in shadow and
+/// where the source is behind the surface: [source][triangle].
+using Arriving = std::vector<std::vector<Eigen::Array3f>>;
+
 /// Of one object.
 struct SurfaceLight {
   BoundaryConstants boundary;
   double roughness = 0.1;
-  std::shared_ptr<const std::vector<Colour>> albedo;  ///< σs'/σt' below each triangle
-  /// Irradiance on a surface that faces the source, in the middle of each triangle; 0 in shadow and
-  /// where the source is behind the surface: [source][triangle].
-  std::vector<std::vector<Eigen::Array3f>> arriving;
-  /// Radiance inside, of each triangle, of what the object emits and is not scattered on its way;
-  /// empty: it does not glow.
-  std::vector<Colour> glow{};
+  std::shared_ptr<const BelowSurface> below;
+  Arriving arriving;
 };
 
-/// σs'/σt' = 1 − 3κμ in the middle of each triangle, a hundredth of a mean free path below it.
-std::vector<Colour> albedo_below(const WorldObject& object);
-
-/// As SurfaceLight has it: ε/(4πσt') of a deep layer.
-std::vector<Colour> glow_below(const WorldObject& object);
-
 /// Of the first most_drawn_sources.
-std::vector<std::vector<Eigen::Array3f>> arriving_on(const World& world, std::size_t object,
-                                                     const LightSources& sources);
+Arriving arriving_on(const World& world, std::size_t object, const LightSources& sources);
 
 /// Radiance inside of light scattered once, on its way to the eye, below a flat surface, over the
 /// irradiance that the surface lets in per area across the refracted beam and σs'/σt'; cosines

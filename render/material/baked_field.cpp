@@ -51,7 +51,6 @@ class Baker {
         shape_(shape),
         corner_(corner),
         beyond_away_(looked_up * shape.voxel_mm),
-        deepest_(field.deepest_mm()),
         set_(set) {
     double outside = 0.0;
     beyond_ = field.at(
@@ -84,7 +83,8 @@ class Baker {
     double away = 0.0;
     Place place = places_.at(0.5 * (low + high), near, away);
     const bool outside = away - reach >= beyond_away_;
-    if (outside || reach == 0.0 || place.depth - reach >= deepest_) {
+    const double shallow = std::max(0.0, -away - reach), deep = std::max(0.0, -away + reach);
+    if (outside || reach == 0.0 || field_.of_point_alone(shallow, deep)) {
       for (int z = first[2]; z < last[2]; ++z) {
         for (int y = first[1]; y < last[1]; ++y) {
           for (int x = first[0]; x < last[0]; ++x) {
@@ -118,7 +118,7 @@ class Baker {
   SurfacePlaces places_;
   GridShape shape_;
   Vector3d corner_;
-  double beyond_away_, deepest_;
+  double beyond_away_;
   ColourCoefficients beyond_;
   io::VolumeSet& set_;
 };
@@ -138,7 +138,11 @@ Baked baked(const MaterialField& field, const TriangleMesh& mesh,
   const GridShape shape = voxels_over(box, field.detail_mm(), warnings);
   Baked result{{}, box.min()};
   result.set.channels = {"R", "G", "B"};
-  result.set.media.assign(3, {Volume<double>(shape), Volume<double>(shape)});
+  result.set.media.resize(3);
+  for_rows(6, [&](int k) {
+    Medium& medium = result.set.media[static_cast<std::size_t>(k / 2)];
+    (k % 2 == 0 ? medium.kappa : medium.mu) = Volume<double>(shape);
+  });
   Baker(field, mesh, shape, box.min(), result.set).bake();
   if (all_equal(result.set)) {
     result.set.media.resize(1);

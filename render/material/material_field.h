@@ -28,8 +28,9 @@ class MaterialField {
   virtual ColourCoefficients at(const Place& place) const = 0;
   /// Size of its smallest structure [mm]; infinite where it has none.
   virtual double detail_mm() const { return std::numeric_limits<double>::infinity(); }
-  /// Depth from which on at() asks for the point alone [mm]; infinite: it always asks for more.
-  virtual double deepest_mm() const { return std::numeric_limits<double>::infinity(); }
+  /// Whether at() asks for the point alone at all depths from `shallow` to `deep` [mm], one of
+  /// which the place then states.
+  virtual bool of_point_alone(double /*shallow*/, double /*deep*/) const { return false; }
 };
 
 }  // namespace kappamu::render

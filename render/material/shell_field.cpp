@@ -93,8 +93,9 @@ std::size_t ShellField::face_voxel(const Vector2d& at_mm, int z) const {
                      std::clamp(static_cast<int>(at_mm.y() / voxel_), 0, shape.ny - 1), z);
 }
 
-double ShellField::deepest_mm() const {
-  return shell_.core == Shell::Core::mean_values ? (1.0 + transition) * thickness_ : thickness_;
+bool ShellField::of_point_alone(double shallow, double /*deep*/) const {
+  return shallow >=
+         (shell_.core == Shell::Core::mean_values ? (1.0 + transition) * thickness_ : thickness_);
 }
 
 ColourCoefficients ShellField::at(const Place& place) const {

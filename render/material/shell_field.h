@@ -21,7 +21,7 @@ class ShellField : public MaterialField {
 
   ColourCoefficients at(const Place& place) const override;
   double detail_mm() const override { return voxel_; }
-  double deepest_mm() const override;
+  bool of_point_alone(double shallow, double deep) const override;
   /// Where a place of the surface lies on the block's face that is outside, and the pieces'
   /// weights.
   FacePlaces on_face(const Place& place) const { return chart_->places(place); }

@@ -24,7 +24,7 @@ CornerAverage::CornerAverage(const TriangleMesh& mesh, const Surface& surface, d
 }
 
 SharedCorners CornerAverage::shared() const {
-  constexpr std::size_t most_told_apart = 64;  // triangles round a vertex, by the bits of a word
+  constexpr std::size_t most_triangles = 64;  // round a vertex: one bit of a word each
   SharedCorners shared;
   shared.of_triangle.resize(mesh_.triangles.size());
   std::vector<std::uint64_t> joins(3 * mesh_.triangles.size(), 0);
@@ -33,7 +33,7 @@ SharedCorners CornerAverage::shared() const {
       const std::size_t t = corner / 3;
       const auto vertex = static_cast<std::size_t>(mesh_.triangles[t][corner % 3]);
       const std::size_t first = first_[vertex], last = first_[vertex + 1];
-      if (last - first > most_told_apart) continue;
+      if (last - first > most_triangles) continue;
       for (std::size_t i = first; i < last; ++i) {
         if (joined(t, around_[i])) joins[corner] |= std::uint64_t{1} << (i - first);
       }

@@ -32,7 +32,7 @@ class SolidField : public MaterialField {
   double detail_mm() const override {
     return media_.channels[0]->voxel_mm().value_or(MaterialField::detail_mm());
   }
-  double deepest_mm() const override { return 0.0; }
+  bool of_point_alone(double /*shallow*/, double /*deep*/) const override { return true; }
 
  private:
   ObjectMedia media_;
@@ -42,11 +42,6 @@ using Fields = std::vector<std::unique_ptr<MaterialField>>;
 
 double finest(const Fields& fields, double own) {
   for (const auto& field : fields) own = std::min(own, field->detail_mm());
-  return own;
-}
-
-double deepest(const Fields& fields, double own) {
-  for (const auto& field : fields) own = std::max(own, field->deepest_mm());
   return own;
 }
 
@@ -69,7 +64,10 @@ class MixedField : public MaterialField {
     const bool veins = pattern_.kind == Pattern::Kind::veins;
     return finest(fields_, pattern_.size_mm * (veins ? std::min(0.5 * pattern_.width, 0.1) : 0.1));
   }
-  double deepest_mm() const override { return deepest(fields_, 0.0); }
+  bool of_point_alone(double shallow, double deep) const override {
+    return std::all_of(fields_.begin(), fields_.end(),
+                       [&](const auto& field) { return field->of_point_alone(shallow, deep); });
+  }
 
  private:
   Fields fields_;
@@ -81,23 +79,26 @@ class LayeredField : public MaterialField {
   LayeredField(Fields fields, std::vector<double> thickness)
       : fields_(std::move(fields)), thickness_(std::move(thickness)) {}
   ColourCoefficients at(const Place& place) const override {
-    double bottom = 0.0;
-    for (std::size_t k = 0; k < thickness_.size(); ++k) {
-      bottom += thickness_[k];
-      if (place.depth < bottom) return fields_[k]->at(place);
-    }
-    return fields_.back()->at(place);
+    return fields_[layer_at(place.depth)]->at(place);
   }
   double detail_mm() const override {
     return finest(fields_, 0.5 * *std::min_element(thickness_.begin(), thickness_.end()));
   }
-  double deepest_mm() const override {
-    double bottom = 0.0;
-    for (const double thickness : thickness_) bottom += thickness;
-    return deepest(fields_, bottom);
+  bool of_point_alone(double shallow, double deep) const override {
+    const std::size_t layer = layer_at(shallow);
+    return layer == layer_at(deep) && fields_[layer]->of_point_alone(shallow, deep);
   }
 
  private:
+  std::size_t layer_at(double depth) const {
+    double bottom = 0.0;
+    for (std::size_t k = 0; k < thickness_.size(); ++k) {
+      bottom += thickness_[k];
+      if (depth < bottom) return k;
+    }
+    return thickness_.size();
+  }
+
   Fields fields_;
   std::vector<double> thickness_;
 };
@@ -170,7 +171,9 @@ class PartedField : public MaterialField {
     for (const auto& part : parts_) detail = std::min(detail, part->detail_mm());
     return detail;
   }
-  double deepest_mm() const override { return around_->deepest_mm(); }
+  bool of_point_alone(double shallow, double deep) const override {
+    return around_->of_point_alone(shallow, deep);
+  }
 
  private:
   std::unique_ptr<MaterialField> around_;

@@ -89,4 +89,24 @@ void change_lights(const LightChanges& changes, const std::string& origin,
   }
 }
 
+void expect_agreement(const LightChanges& changes, const std::string& origin,
+                      const LightChanges& others, const std::string& other_origin) {
+  for (const LightChange& change : changes) {
+    for (const LightChange& other : others) {
+      if (other.light != change.light) continue;
+      const auto expect_same = [&](const auto& value, const auto& otherwise, const char* field) {
+        if (!value || !otherwise || *value == *otherwise) return;
+        throw InputError(origin + ": light " + std::to_string(change.light + 1) + ": '" + field +
+                         "' is another one in " + other_origin +
+                         "; write one value, or take it out of 'lights' of one of the two");
+      };
+      expect_same(change.position_mm, other.position_mm, "position_mm");
+      expect_same(change.direction, other.direction, "direction");
+      expect_same(change.turn_deg, other.turn_deg, "turn_deg");
+      expect_same(change.irradiance, other.irradiance, "irradiance");
+      expect_same(change.radiance, other.radiance, "radiance");
+    }
+  }
+}
+
 }  // namespace kappamu::render

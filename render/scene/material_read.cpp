@@ -150,7 +150,7 @@ VolumeMaterial volume_of(const Node& node, const std::filesystem::path& folder) 
       node[field].fail("belongs to \"placement\": \"shell\"; remove it");
   }
   if (is_shell) material.shell = shell_of(node);
-  if (node.has("turn_deg")) material.turn_deg = vector_of(node["turn_deg"], 360.0);
+  if (node.has("turn_deg")) material.turn_deg = three_of(node["turn_deg"], -360.0, 360.0);
   if (node.has("offset_mm")) material.offset_mm = point_of(node["offset_mm"]);
   return material;
 }
@@ -282,7 +282,7 @@ SceneObject read_solid(const Node& node, const std::filesystem::path& folder) {
   }
   object.size_mm = size_of(node["size_mm"]);
   if (node.has("position_mm")) object.position_mm = point_of(node["position_mm"]);
-  if (node.has("turn_deg")) object.turn_deg = vector_of(node["turn_deg"], 360.0);
+  if (node.has("turn_deg")) object.turn_deg = three_of(node["turn_deg"], -360.0, 360.0);
   object.material = read_material(node["material"], folder);
   return object;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/shown_text.h"
 #include "io/volume/volume_file.h"
 #include "render/material/baked_field.h"
@@ -191,29 +192,34 @@ ObjectMedia media_of(const io::VolumeSet& voxel, const std::string& source) {
   return media;
 }
 
-ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing) {
-  io::VolumeSet needed;
-  needed.channels = set.channels;
-  needed.media = set.media;
-  needed.eta = set.eta;
-  return media_of(std::move(needed), placing);
-}
+namespace {
 
-ObjectMedia media_of(io::VolumeSet&& set, const Placing& placing) {
+/// `medium(index)`: one of the set's media, copied or moved.
+template <class MediumOf>
+ObjectMedia placed_media(const io::VolumeSet& set, const Placing& placing, const MediumOf& medium) {
   ObjectMedia media;
   media.source = placing.source;
   media.eta = set.eta;
   const std::array<std::size_t, 3> indices = channel_indices(set, placing.source);
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (c > 0 && indices[c] == indices[0]) {
-      media.channels[c] = media.channels[0];
-      continue;
-    }
-    media.channels[c] = std::make_shared<const ObjectMedium>(
-        std::make_shared<const Medium>(std::move(set.media[indices[c]])),
-        placing.object_from_volume.inverse(), placing.wrap);
-  }
+  const bool grey = indices[1] == indices[0];
+  for_rows(grey ? 1 : 3, [&](int row) {
+    const auto c = static_cast<std::size_t>(row);
+    media.channels[c] =
+        std::make_shared<const ObjectMedium>(std::make_shared<const Medium>(medium(indices[c])),
+                                             placing.object_from_volume.inverse(), placing.wrap);
+  });
+  if (grey) media.channels[1] = media.channels[2] = media.channels[0];
   return media;
+}
+
+}  // namespace
+
+ObjectMedia media_of(const io::VolumeSet& set, const Placing& placing) {
+  return placed_media(set, placing, [&](std::size_t i) { return set.media[i]; });
+}
+
+ObjectMedia media_of(io::VolumeSet&& set, const Placing& placing) {
+  return placed_media(set, placing, [&](std::size_t i) { return std::move(set.media[i]); });
 }
 
 ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& rest,

@@ -178,5 +178,8 @@ LightChanges light_changes(const std::vector<Light>& before, const std::vector<L
 /// or it is of another kind.
 void change_lights(const LightChanges& changes, const std::string& origin,
                    std::vector<Light>& lights);
+/// Throws InputError naming both origins where they give a field of a light two values.
+void expect_agreement(const LightChanges& changes, const std::string& origin,
+                      const LightChanges& others, const std::string& other_origin);
 
 }  // namespace kappamu::render

@@ -25,7 +25,6 @@ using Node = io::JsonNode;
 using Eigen::Vector3d;
 
 constexpr const char* page = "docs/scene.md";
-constexpr double largest_light = 1e6;
 
 SurfaceImage read_surface_image(const Node& node, const std::filesystem::path& folder) {
   SurfaceImage image{path_of(node["image"], folder), std::nullopt};
@@ -82,7 +81,15 @@ double longest_edge(const std::variant<double, Vector3d>& size_mm) {
   return edges != nullptr ? edges->maxCoeff() : std::get<double>(size_mm);
 }
 
-SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
+/// A recipe's file, and what it makes of the scene's lights.
+struct RecipeLights {
+  std::string file;
+  LightChanges changes;
+};
+
+/// Adds the lights of the object's recipe to `lights`.
+SceneObject read_object(const Node& node, const std::filesystem::path& folder,
+                        std::vector<RecipeLights>& lights) {
   node.expect_fields(
       {"name", "size_mm", "material"},
       {"mesh", "fitted_as", "morph", "shape", "proportion", "position_mm", "turn_deg", "surface",
@@ -106,10 +113,12 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("deform")) object.deform = read_deformations(node["deform"]);
   object.deform_unedited = object.deform;
   if (object.edits) {
-    for (const Edit& edit : read_recipe(*object.edits).edits) {
+    Recipe recipe = read_recipe(*object.edits);
+    for (const Edit& edit : recipe.edits) {
       edit.deform_on(object.deform);
       if (object.fur) edit.change(*object.fur);
     }
+    lights.push_back({object.edits->string(), std::move(recipe.lights)});
   }
   return object;
 }
@@ -254,8 +263,9 @@ Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& fi
   scene.file = file;
   const std::filesystem::path folder = file.parent_path();
   std::set<std::string> names;
+  std::vector<RecipeLights> recipes;
   for (const Node& node : root["objects"].items(1)) {
-    scene.objects.push_back(read_object(node, folder));
+    scene.objects.push_back(read_object(node, folder, recipes));
     if (!names.insert(scene.objects.back().name).second) {
       node["name"].fail("is another object's name too; rename one of the two");
     }
@@ -267,9 +277,12 @@ Scene scene_of(const io::JsonDocument& document, const std::filesystem::path& fi
       node.fail("is a second environment; keep one");
     }
   }
-  for (const SceneObject& object : scene.objects) {
-    if (!object.edits) continue;
-    change_lights(read_recipe(*object.edits).lights, object.edits->string(), scene.lights);
+  for (std::size_t i = 0; i < recipes.size(); ++i) {
+    const RecipeLights& recipe = recipes[i];
+    for (std::size_t before = 0; before < i; ++before) {
+      expect_agreement(recipe.changes, recipe.file, recipes[before].changes, recipes[before].file);
+    }
+    change_lights(recipe.changes, recipe.file, scene.lights);
   }
   scene.camera = read_camera(root["camera"]);
   scene.film = read_film(root["film"]);

@@ -190,6 +190,38 @@ TEST_F(EditCommand, EditsObjectsOfScenes) {
   expect_one_sentence(edit_scene(" --voxel 0.001", "out"), "are too many");
 }
 
+/// What is written keeps the recipe of the other object, whose lights would undo the change.
+TEST_F(EditCommand, RefusesLightsThatAnotherObjectsRecipeSets) {
+  const auto write_lights = [&](const char* name, const char* lights) {
+    io::write_text_atomically(
+        folder() / name,
+        std::string(R"({"format": "kappamu-edit", "version": 1, "edits": [], "lights": [)") +
+            lights + "]}");
+  };
+  write_lights("other.json", R"({"light": 1, "turn_deg": 30})");
+  io::write_text_atomically(folder() / "scene.json", R"({"format": "kappamu-scene", "version": 1,
+    "objects": [{"name": "a", "shape": "sphere", "size_mm": 20, "material": {"published": "marble"}},
+                {"name": "b", "shape": "sphere", "size_mm": 20, "position_mm": [40, 0, 0],
+                 "material": {"published": "marble"}, "edits": "other.json"}],
+    "lights": [{"kind": "environment", "radiance": 0.1}],
+    "camera": {"position_mm": [0, 0, 80], "target_mm": [0, 0, 0], "fov_deg": 16},
+    "film": {"width": 8, "height": 8, "samples": 1}, "model": {"name": "dipole-rotated"}})");
+  const auto edit_scene = [&](const char* object, const char* out) {
+    return kappamu("edit " + path("scene.json") + " --object " + object + " --recipe " +
+                   path("r.json") + " -o " + path(out));
+  };
+  write_lights("r.json", R"({"light": 1, "turn_deg": 50})");
+  expect_one_sentence(edit_scene("a", "refused"),
+                      "other.json: light 1: 'turn_deg' is another one in the edits of object 'a'");
+  EXPECT_FALSE(fs::exists(folder() / "refused" / "scene.json"));
+  ASSERT_EQ(edit_scene("b", "own").exit_code, 0);
+  const auto own = nlohmann::json::parse(io::read_text(folder() / "own" / "scene.json"));
+  EXPECT_EQ(own["lights"][0]["turn_deg"], 50);
+  write_lights("r.json", R"({"light": 1, "radiance": [0.2, 0.2, 0.2]})");
+  ASSERT_EQ(edit_scene("a", "both").exit_code, 0);
+  EXPECT_EQ(kappamu("render " + path("both/scene.json") + " -o " + path("p")).exit_code % 3, 0);
+}
+
 TEST_F(EditCommand, RefusesInOneSentenceAndLeavesNothing) {
   write_recipe(
       R"({"operation": "multiply", "mu": 3, "channels": ["X"], "where": {"kind": "all"}})");

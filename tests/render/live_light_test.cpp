@@ -98,6 +98,15 @@ LiveOptions options_of(const std::string& model) {
   return options;
 }
 
+/// At rest, by the model embedded.
+double apart_from_render(const Scene& scene, LampsEnter lamps) {
+  std::vector<std::string> warnings;
+  LiveScene live(scene, options_of("embedded"), warnings);
+  const LiveAnswer answer = settled(live, {scene.lights, {}});
+  return apart(answer.exitance[0].exitance[1], rendered(scene, lamps, answer),
+               live.world().objects()[0].surface);
+}
+
 TEST_F(LiveLamps, EnterAsBeamsAsRenderHasThem) {
   std::vector<std::string> warnings;
   LiveScene live(scene_, options_of("embedded"), warnings);
@@ -134,12 +143,7 @@ TEST_F(LiveLamps, StayWhileAnotherLightTurnsAndFollowTheirSky) {
 /// Of an even sky nothing enters as beams.
 TEST_F(LiveLamps, AnEvenSkyHasNone) {
   scene_.lights = {EnvironmentLight{std::nullopt, Colour::Ones(), 0.0, true}};
-  std::vector<std::string> warnings;
-  LiveScene live(scene_, options_of("embedded"), warnings);
-  const LiveAnswer answer = settled(live, {scene_.lights, {}});
-  EXPECT_LT(apart(answer.exitance[0].exitance[1], rendered(scene_, LampsEnter::evenly, answer),
-                  live.world().objects()[0].surface),
-            1e-3);
+  EXPECT_LT(apart_from_render(scene_, LampsEnter::evenly), 1e-3);
 }
 
 /// A ball of one medium with a point light somewhere.
@@ -151,13 +155,7 @@ Scene ball_with_light(const Vector3d& place) {
 }
 
 TEST(LiveInnerLight, IsAsRenderHasIt) {
-  const Scene scene = ball_with_light({4.0, 3.0, 0.0});
-  std::vector<std::string> warnings;
-  LiveScene live(scene, options_of("embedded"), warnings);
-  const LiveAnswer answer = settled(live, {scene.lights, {}});
-  EXPECT_LT(apart(answer.exitance[0].exitance[1], rendered(scene, LampsEnter::as_beams, answer),
-                  live.world().objects()[0].surface),
-            1e-3);
+  EXPECT_LT(apart_from_render(ball_with_light({4.0, 3.0, 0.0}), LampsEnter::as_beams), 1e-3);
 }
 
 /// Models that take light from outside alone are no choice while a light is inside.
@@ -212,8 +210,9 @@ TEST(LiveInnerLight, ABodyThatGlowsIsShown) {
                   live.world().objects()[0].surface),
             1e-3);
   // What is drawn without a collision: ε/(4πσt'), along every ray of a deep body.
-  ASSERT_EQ(answer.surface[0].glow.size(), live.world().objects()[0].surface.size());
-  EXPECT_NEAR(answer.surface[0].glow[5][1], 0.05 * 3.0 * 0.15 / (4.0 * std::numbers::pi), 1e-12);
+  ASSERT_EQ(answer.surface[0].below->glow.size(), live.world().objects()[0].surface.size());
+  EXPECT_NEAR(answer.surface[0].below->glow[5][1], 0.05 * 3.0 * 0.15 / (4.0 * std::numbers::pi),
+              1e-12);
 }
 
 /// While a body is twisted about a light inside it, answers are of the shape as it is.

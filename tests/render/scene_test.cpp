@@ -303,6 +303,34 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(scene.model.parameters, (OptionValues{{"photons", 1000.0}}));
 }
 
+/// Recipes of two objects change lights: different fields together, one field to one value alone.
+TEST_F(SceneFile, TakesLightsOfAllRecipesAndRefusesThoseThatContradict) {
+  const auto write_recipe = [&](const char* name, const json& lights) {
+    write(name, json{{"format", "kappamu-edit"},
+                     {"version", 1},
+                     {"edits", json::array()},
+                     {"lights", lights}}
+                    .dump());
+  };
+  json scene = full_scene();
+  scene["objects"][2]["edits"] = "c.recipe.json";
+  write_recipe("c.recipe.json", {{{"light", 5}, {"turn_deg", 40}}});
+  write_recipe("f.recipe.json", {{{"light", 5}, {"turn_deg", 40}, {"radiance", {1, 2, 3}}},
+                                 {{"light", 1}, {"irradiance", {3, 0, 0}}}});
+  const Scene read = read_scene(write("scene.json", scene.dump()));
+  const auto& sky = std::get<EnvironmentLight>(read.lights[4]);
+  EXPECT_EQ(sky.turn_deg, 40.0);
+  EXPECT_EQ(sky.radiance[2], 3.0);
+  EXPECT_EQ(std::get<DirectionalLight>(read.lights[0]).irradiance[0], 3.0);
+  for (const bool exchanged : {false, true}) {
+    write_recipe(exchanged ? "f.recipe.json" : "c.recipe.json", {{{"light", 5}, {"turn_deg", 41}}});
+    write_recipe(exchanged ? "c.recipe.json" : "f.recipe.json", {{{"light", 5}, {"turn_deg", 40}}});
+    const std::string sentence = refusal(scene.dump());
+    EXPECT_THAT(sentence, HasSubstr("f.recipe.json: light 5: 'turn_deg' is another one in "));
+    EXPECT_THAT(sentence, HasSubstr("c.recipe.json; write one value"));
+  }
+}
+
 TEST_F(SceneFile, RefusesByFileAndField) {
   for (const Edited& bad : bad_scenes()) {
     json scene = full_scene();

@@ -7,9 +7,10 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <future>
-#include <mutex>
 #include <optional>
+#include <utility>
 
 #include "app/viewer/drawing/display.h"
 #include "app/viewer/editing.h"
@@ -31,22 +32,10 @@ struct Shapes {
   double diameter_mm = 0.0;
 };
 
-/// Hands shapes from one thread to another.
-class ShapesBox {
- public:
-  void put(Shapes shapes) {
-    const std::lock_guard lock(mutex_);
-    shapes_ = std::move(shapes);
-  }
-  std::optional<Shapes> take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(shapes_, std::nullopt);
-  }
-
- private:
-  std::mutex mutex_;
-  std::optional<Shapes> shapes_;
-};
+template <class T>
+bool is_ready(const std::future<T>& future) {
+  return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
 
 /// Shapes without light, and that the rest is being made.
 class Preview {
@@ -105,11 +94,12 @@ ViewState first_state(const render::Scene& scene, ViewState state, const ViewerO
 
 Opened open_window(const render::Scene& scene, const LiveMaker& make, const ViewerOptions& options,
                    ViewTimes& times) {
-  ShapesBox box;
+  std::promise<Shapes> known;
+  std::future<Shapes> shapes = known.get_future();
   const Stopwatch since;
   std::future<std::unique_ptr<render::LiveScene>> made = std::async(std::launch::async, [&] {
     return make([&](const render::World& world) {
-      box.put(
+      known.set_value(
           {render::LitCorners(world).geometry(), ViewState::of(scene, world), world.diameter()});
     });
   });
@@ -125,12 +115,12 @@ Opened open_window(const render::Scene& scene, const LiveMaker& make, const View
     throw;
   }
   std::optional<Preview> preview;
-  while (made.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+  while (!is_ready(made)) {
     if (glfwWindowShouldClose(opened.window->handle()) == GLFW_TRUE) return opened;
-    std::optional<Shapes> shapes = box.take();
-    if (shapes) preview.emplace(std::move(*shapes), scene, options, *opened.window);
+    const bool first = shapes.valid() && is_ready(shapes);
+    if (first) preview.emplace(shapes.get(), scene, options, *opened.window);
     const bool changed = opened.window->wait_for_events(look_again_s);
-    if (!preview || (!shapes && !changed)) continue;
+    if (!preview || (!first && !changed)) continue;
     const Stopwatch drawing;
     preview->draw(since.seconds());
     times.drawn(drawing.milliseconds());

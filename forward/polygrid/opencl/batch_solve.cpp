@@ -66,21 +66,21 @@ BatchSolve::BatchSolve(device::Context& context, const linear::Numbers& numbers,
   if (lights == Lights::moving) former_.emplace(context, field_bytes(rows()));
 }
 
-template <class Number>
+template <class Numbers>
 void BatchSolve::write_rows(const Buffer& buffer, std::size_t slots, std::span<const int> rows,
-                            const Number& number, bool every_lane) {
+                            const Numbers& numbers, bool every_lane) {
   const std::size_t media = every_lane ? width() : lanes().media();
   const auto write_as = [&]<class T>(T, std::span<const int> part, int all) {
     std::vector<T> fresh(part.size() * slots * media, T(0));
     for_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
-        for (std::size_t slot = 0; slot < slots; ++slot) {
-          for (std::size_t lane = 0; lane < media; ++lane) {
-            if (lanes().own() && lane >= lanes().channels.size()) break;
-            const std::size_t channel = lanes().channels[lanes().own() ? lane : 0];
-            fresh[(k * slots + slot) * media + lane] =
-                static_cast<T>(number(channel, part[k], slot));
-          }
+        for (std::size_t lane = 0; lane < media; ++lane) {
+          if (lanes().own() && lane >= lanes().channels.size()) break;
+          const std::size_t channel = lanes().channels[lanes().own() ? lane : 0];
+          T* const row = fresh.data() + k * slots * media + lane;
+          numbers(channel, part[k], [&](std::size_t slot, double number) {
+            row[slot * media] = static_cast<T>(number);
+          });
         }
       }
     });
@@ -107,8 +107,8 @@ void BatchSolve::write_rows(const Buffer& buffer, std::size_t slots, std::span<c
 void BatchSolve::set_media(const std::vector<MediumValues>& media,
                            const std::vector<ChannelLevels>& levels, std::span<const int> rows) {
   if (former_) former_->forget();
-  write_rows(value_, matrix_.slots, rows, [&](std::size_t c, int row, std::size_t slot) {
-    return matrix_.number(media[c].value, row, slot);
+  write_rows(value_, matrix_.slots, rows, [&](std::size_t c, int row, const auto& put) {
+    matrix_.for_numbers(media[c].value, row, put);
   });
   std::vector<int> of_level(rows.begin(), rows.end());
   for (std::size_t l = 0; l < levels_.size(); ++l) {
@@ -118,12 +118,12 @@ void BatchSolve::set_media(const std::vector<MediumValues>& media,
       std::iota(of_level.begin(), of_level.end(), 0);
     }
     if (links.slots > 0) {
-      write_rows(links_[l], links.slots, of_level, [&](std::size_t c, int row, std::size_t slot) {
-        return links.number(levels[c].graph[l].link, row, slot);
+      write_rows(links_[l], links.slots, of_level, [&](std::size_t c, int row, const auto& put) {
+        links.for_numbers(levels[c].graph[l].link, row, put);
       });
     }
-    const auto inverse = [&](std::size_t c, int row, std::size_t) {
-      return levels[c].inverse_diagonal[l][static_cast<std::size_t>(row)];
+    const auto inverse = [&](std::size_t c, int row, const auto& put) {
+      put(0, levels[c].inverse_diagonal[l][static_cast<std::size_t>(row)]);
     };
     write_rows(inverse_diagonal_[l], 1, of_level, inverse, true);
   }
@@ -135,10 +135,12 @@ void BatchSolve::set_media(const std::vector<MediumValues>& media,
 Scalars BatchSolve::start(const std::vector<const std::vector<double>*>& starts) {
   const Buffer &r = level_r_[0], &y = level_y_[0];
   if (!former_ || former_->size() == 0) {
-    write_lanes(x_, starts, rows(), width());
-    over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r,
-         y);
-    return dot(b_, x_);
+    write_lanes(z_, starts, rows(), width());
+    const Scalars energy = sums(1, "product", matrix_.list, matrix_.step, value_, z_, image_)[0];
+    const Scalars none(width(), 0.0);
+    write({linear::quotients(dot(b_, z_), energy), none, none, none});
+    return sums(1, "start_from_former", scalars(), inverse_diagonal_[0], z_, z_, z_, z_, image_,
+                image_, image_, image_, b_, x_, r, y)[0];
   }
   const FormerAnswers& of = *former_;
   const std::vector<Scalars> products = sums(FormerAnswers::most, "products_with_images", b_,

@@ -38,16 +38,16 @@ class BatchSolve : linear::DeviceLanes {
   std::size_t field_bytes(std::size_t rows) const {
     return (rows / 16 + 2) * 16 * width() * numbers_.real_bytes();
   }
-  /// x and r from former answers or from `starts`; b·x.
+  /// x and r from former answers, or from the multiple of `starts` that has the least error; b·x.
   Scalars start(const std::vector<const std::vector<double>*>& starts);
 
   /// The answer x, which is left to it, with its image b − r.
   void keep(const device::Buffer& r);
-  /// Writes number(channel, row, slot) of some rows to [slot][row]; with `every_lane` for each lane
-  /// of a field, even where all have one medium.
-  template <class Number>
+  /// Writes some rows to [slot][row]: numbers(channel, row, put) calls put(slot, number) for what
+  /// is not 0. With `every_lane` for each lane of a field, even where all have one medium.
+  template <class Numbers>
   void write_rows(const device::Buffer& buffer, std::size_t slots, std::span<const int> rows,
-                  const Number& number, bool every_lane = false);
+                  const Numbers& numbers, bool every_lane = false);
   Scalars dot(const device::Buffer& a, const device::Buffer& b) {
     return sums(1, "dot_product", a, b)[0];
   }

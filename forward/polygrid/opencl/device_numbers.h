@@ -17,14 +17,12 @@ struct DevicePattern {
   /// Keeps a reference to the pattern.
   DevicePattern(device::Context& context, const Pattern& of);
   std::size_t places() const { return pattern.rows() * slots; }
-  /// Of `values` by the pattern; 0 in a slot that the row does not use.
-  double number(const std::vector<double>& values, int row, std::size_t slot) const {
+  /// put(slot, number) for those of `values` that the row has.
+  template <class Put>
+  void for_numbers(const std::vector<double>& values, int row, const Put& put) const {
     const auto begin = static_cast<std::size_t>(pattern.start[static_cast<std::size_t>(row)]);
     const auto end = static_cast<std::size_t>(pattern.start[static_cast<std::size_t>(row) + 1]);
-    for (std::size_t k = begin; k < end; ++k) {
-      if (slot_of[k] == slot) return values[k];
-    }
-    return 0.0;
+    for (std::size_t k = begin; k < end; ++k) put(slot_of[k], values[k]);
   }
 
   const Pattern& pattern;

@@ -16,18 +16,6 @@ kernel void take_lanes(const int fresh_rows, global const int* restrict fresh_ro
   STORE(LOAD(i, fresh), fresh_row[i], field);
 }
 
-// r = b − A x.
-kernel void residual(const int rows, global const int* restrict list,
-                     global const int2* restrict step, global const REAL* restrict value,
-                     global const REAL* restrict inverse_diagonal, global const REAL* restrict b,
-                     global const REAL* restrict x, global REAL* restrict r,
-                     global REAL* restrict y) {
-  ITEM(rows)
-  const vec left = LOAD(i, b) - row_product(i, list, step, value, x);
-  STORE(left, i, r);
-  STORE(SMOOTHED(left, LOAD(i, inverse_diagonal)), i, y);
-}
-
 // out = A x; partial = Σ x·out.
 kernel void product(const int rows, const int runs, global const int* restrict list,
                     global const int2* restrict step, global const REAL* restrict value,

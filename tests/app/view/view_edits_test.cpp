@@ -47,6 +47,16 @@ class ViewEdits : public ViewCommand {
         json{{"format", "kappamu-edit"}, {"version", 1}, {"edits", {edit}}}.dump());
   }
 
+  /// A homogeneous object in place of the block.
+  void show_a_ball() const {
+    json scene = json::parse(io::read_text(folder() / "scene.json"));
+    scene["objects"] = {{{"name", "ball"},
+                         {"shape", "sphere"},
+                         {"size_mm", 20},
+                         {"material", {{"published", "marble"}}}}};
+    scene["camera"]["position_mm"] = {0, 0, 100};
+    io::write_text_atomically(folder() / "scene.json", scene.dump());
+  }
   std::vector<std::uint16_t> picture(const char* name) const {
     return io::read_code_image(folder() / name).values();
   }
@@ -164,13 +174,7 @@ TEST_F(ViewEdits, RefusesWhatARecipeOrAFolderCannotHold) {
 /// What the papers edit: a homogeneous object, by a stroke of the brush and a preset. The window
 /// leaves what the command line makes of the same recipe, and `kappamu render` shows it.
 TEST_F(ViewEdits, EditsAHomogeneousObject) {
-  json scene = json::parse(io::read_text(folder() / "scene.json"));
-  scene["objects"] = {{{"name", "ball"},
-                       {"shape", "sphere"},
-                       {"size_mm", 20},
-                       {"material", {{"published", "marble"}}}}};
-  scene["camera"]["position_mm"] = {0, 0, 100};
-  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  show_a_ball();
   const json all{{"operation", "set"}, {"published", "skin1"}, {"where", {{"kind", "all"}}}};
   io::write_text_atomically(
       folder() / "skin.json",
@@ -192,13 +196,7 @@ TEST_F(ViewEdits, EditsAHomogeneousObject) {
 
 /// The stroke that made a volume of it is undone: the dipole answers again.
 TEST_F(ViewEdits, AnObjectWhoseStrokeIsUndoneIsHomogeneousAgain) {
-  json scene = json::parse(io::read_text(folder() / "scene.json"));
-  scene["objects"] = {{{"name", "ball"},
-                       {"shape", "sphere"},
-                       {"size_mm", 20},
-                       {"material", {{"published", "marble"}}}}};
-  scene["camera"]["position_mm"] = {0, 0, 100};
-  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  show_a_ball();
   const std::string stroke = "brush multiply mu 20 3 3\npaint 40 32 56 32\n";
   const std::string edits = " --edits " + path("edited");
   const ProcessResult painted = view("trace off\n" + stroke + "save\n", edits);
