@@ -238,6 +238,9 @@ Buffer Context::allocate(std::size_t bytes) {
     impl_->allocated -= bytes;
   });
   buffer.bytes_ = bytes;
+  if (impl_->info.kind == Kind::cpu && bytes >= huge_pages_from) {
+    fill(buffer, bytes, [bytes](void* host) { ask_for_huge_pages(host, bytes); });
+  }
   return buffer;
 }
 

@@ -32,6 +32,9 @@ inline constexpr double least_of_light = 5e-9;
 /// reached. Chosen on the paper's samples (studies/notes/fit-path.md, "Closer before the finest
 /// grid, and r on the way"); on unseen blocks it changes nothing (fit-ablation.md).
 inline constexpr double far_from_noise = 6.0;
+/// Relative decrease of χ² by the last minimisation below which r, made at its beginning, holds at
+/// its end: renewed there, r changed χ² by a fifteenth of that.
+inline constexpr double small_change_of_chi2 = 0.1;
 /// μ₀ of the optimiser's coordinate (absorption_scale.h) over μ of the homogeneous block
 /// (studies/notes/fit-path.md, "μ in place of its logarithm"). Work rises by 6 % without that
 /// coordinate (studies/notes/fit-ablation.md).
@@ -162,6 +165,9 @@ inline constexpr double difference = 0.03;
 inline constexpr double enough_pixels = 8000.0;
 inline constexpr int least_side = 6;
 inline constexpr std::size_t least_used = 200;
+/// Voxels along both edges of the lit face from which the search reads light and data of pairs of
+/// voxels, and then descends once with all.
+inline constexpr int many_voxels = 160;
 /// Table of starts: κ over the thickness and 3κμ, from juice to marble (Jensen et al. 2001) at any
 /// size of block; descents from its lowest places.
 inline constexpr int rows = 16, columns = 11;

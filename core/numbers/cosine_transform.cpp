@@ -68,6 +68,12 @@ std::unique_ptr<Length> make_length(int n) {
 /// x becomes matrix · x, [out][in] with rows of zeros up to a multiple of tile_rows; y is scratch,
 /// as below.
 KAPPAMU_WIDEST void multiply(const std::vector<double>& matrix, int n, Lanes* x, Lanes* y) {
+  if (n == longest_dense) {
+    const Lanes a = x[0], b = x[1], c = x[2], d = x[3];
+    const double* row = matrix.data();
+    for (int k = 0; k < n; ++k, row += n) x[k] = row[0] * a + row[1] * b + row[2] * c + row[3] * d;
+    return;
+  }
   for (int k = 0; k < n; k += tile_rows) {
     const double* rows = matrix.data() + static_cast<std::ptrdiff_t>(k) * n;
     Lanes sum[tile_rows] = {};
@@ -135,44 +141,98 @@ KAPPAMU_WIDEST void invert_two(const Length& length, Lanes* x, Lanes* y) {
 
 using Transform = void (*)(const Length&, Lanes*, Lanes*);
 
-Eigen::MatrixXd of_rows(const Length& length, Transform transform, const Eigen::MatrixXd& values) {
-  Eigen::MatrixXd out(values.rows(), values.cols());
-  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(lanes, length.n), y = x;
-  for (Eigen::Index row = 0; row < values.rows(); row += lanes) {
-    const Eigen::Index count = std::min(lanes, values.rows() - row);
-    x.topRows(count) = values.middleRows(row, count);
-    transform(length, reinterpret_cast<Lanes*>(x.data()), reinterpret_cast<Lanes*>(y.data()));
-    out.middleRows(row, count) = x.topRows(count);
+void run(const Length& length, Transform transform, double* x, double* scratch) {
+  transform(length, reinterpret_cast<Lanes*>(x), reinterpret_cast<Lanes*>(scratch));
+}
+
+/// `count` rows of an image [column][row] to the lanes of x, and back.
+void take_rows(const double* image, Eigen::Index rows, Eigen::Index count, int n, double* x) {
+  for (int i = 0; i < n; ++i, image += rows, x += lanes) {
+    count == lanes ? std::copy_n(image, lanes, x) : std::copy_n(image, count, x);
   }
-  return out;
+}
+void put_rows(const double* x, Eigen::Index rows, Eigen::Index count, int n, double* image) {
+  for (int i = 0; i < n; ++i, image += rows, x += lanes) {
+    count == lanes ? std::copy_n(x, lanes, image) : std::copy_n(x, count, image);
+  }
+}
+
+/// Of the rows of `image` [column][row], as many at once as a line of memory holds.
+void of_rows(const Length& length, Transform transform, double* image, Eigen::Index rows) {
+  const int n = length.n;
+  std::vector<double> x(static_cast<std::size_t>(2 * lanes * n), 0.0), y = x;
+  for (Eigen::Index row = 0; row < rows; row += 2 * lanes) {
+    const auto for_halves = [&](const auto& work) {
+      for (Eigen::Index half = 0; half < 2 && row + half * lanes < rows; ++half) {
+        const Eigen::Index first = row + half * lanes;
+        work(image + first, std::min(lanes, rows - first), x.data() + half * lanes * n);
+      }
+    };
+    for_halves([&](const double* at, Eigen::Index count, double* half) {
+      take_rows(at, rows, count, n, half);
+    });
+    for_halves(
+        [&](const double*, Eigen::Index, double* half) { run(length, transform, half, y.data()); });
+    for_halves([&](double* at, Eigen::Index count, const double* half) {
+      put_rows(half, rows, count, n, at);
+    });
+  }
+}
+
+/// Of the columns of `image` [column][value].
+void of_columns(const Length& length, Transform transform, double* image, Eigen::Index columns) {
+  const int n = length.n;
+  std::vector<double> x(static_cast<std::size_t>(lanes * n), 0.0), y = x;
+  for (Eigen::Index column = 0; column < columns; column += lanes) {
+    double* const first = image + column * n;
+    const Eigen::Index count = std::min(lanes, columns - column);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index k = 0; k < count; ++k) x[i * lanes + k] = first[k * n + i];
+    }
+    run(length, transform, x.data(), y.data());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index k = 0; k < count; ++k) first[k * n + i] = x[i * lanes + k];
+    }
+  }
+}
+
+Eigen::MatrixXd columns_of(const Length& length, Transform transform, Eigen::MatrixXd values) {
+  of_columns(length, transform, values.data(), values.cols());
+  return values;
+}
+
+/// Of an image [b][a], along both axes.
+void of_image(const Length& a, const Length& b, Transform transform, double* image) {
+  of_rows(b, transform, image, a.n);
+  of_columns(a, transform, image, b.n);
 }
 
 }  // namespace
 
 CosineTransform::CosineTransform(int n) : length_(make_length(n)) {}
 
-Eigen::MatrixXd CosineTransform::forward_rows(const Eigen::MatrixXd& values) const {
-  return of_rows(*length_, transform_two, values);
-}
-Eigen::MatrixXd CosineTransform::inverse_rows(const Eigen::MatrixXd& frequencies) const {
-  return of_rows(*length_, invert_two, frequencies);
-}
 Eigen::MatrixXd CosineTransform::forward(const Eigen::MatrixXd& values) const {
-  return forward_rows(values.transpose()).transpose();
+  return columns_of(*length_, transform_two, values);
 }
 Eigen::MatrixXd CosineTransform::inverse(const Eigen::MatrixXd& frequencies) const {
-  return inverse_rows(frequencies.transpose()).transpose();
+  return columns_of(*length_, invert_two, frequencies);
 }
 
+void to_waves(const CosineTransform& a, const CosineTransform& b, double* image) {
+  of_image(a.length(), b.length(), transform_two, image);
+}
+void from_waves(const CosineTransform& a, const CosineTransform& b, double* frequencies) {
+  of_image(a.length(), b.length(), invert_two, frequencies);
+}
 Eigen::MatrixXd to_waves(const CosineTransform& a, const CosineTransform& b,
-                         const Eigen::MatrixXd& image) {
-  const Eigen::MatrixXd turned = b.forward_rows(image).transpose();
-  return a.forward_rows(turned).transpose();
+                         Eigen::MatrixXd image) {
+  to_waves(a, b, image.data());
+  return image;
 }
 Eigen::MatrixXd from_waves(const CosineTransform& a, const CosineTransform& b,
-                           const Eigen::MatrixXd& frequencies) {
-  const Eigen::MatrixXd turned = b.inverse_rows(frequencies).transpose();
-  return a.inverse_rows(turned).transpose();
+                           Eigen::MatrixXd frequencies) {
+  from_waves(a, b, frequencies.data());
+  return frequencies;
 }
 
 }  // namespace kappamu

@@ -16,20 +16,20 @@ class CosineTransform {
   /// Of the columns: [frequency][column] of [value][column]. The same bits on any machine.
   Eigen::MatrixXd forward(const Eigen::MatrixXd& values) const;
   Eigen::MatrixXd inverse(const Eigen::MatrixXd& frequencies) const;
-  /// Of the rows, faster: [row][frequency] of [row][value].
-  Eigen::MatrixXd forward_rows(const Eigen::MatrixXd& values) const;
-  Eigen::MatrixXd inverse_rows(const Eigen::MatrixXd& frequencies) const;
 
   struct Length;  ///< what transforms of one length need
+  const Length& length() const { return *length_; }
 
  private:
   std::shared_ptr<const Length> length_;
 };
 
 /// Of an image [a][b], along both axes.
-Eigen::MatrixXd to_waves(const CosineTransform& a, const CosineTransform& b,
-                         const Eigen::MatrixXd& image);
+Eigen::MatrixXd to_waves(const CosineTransform& a, const CosineTransform& b, Eigen::MatrixXd image);
 Eigen::MatrixXd from_waves(const CosineTransform& a, const CosineTransform& b,
-                           const Eigen::MatrixXd& frequencies);
+                           Eigen::MatrixXd frequencies);
+/// The same in place, column after column.
+void to_waves(const CosineTransform& a, const CosineTransform& b, double* image);
+void from_waves(const CosineTransform& a, const CosineTransform& b, double* frequencies);
 
 }  // namespace kappamu

@@ -13,6 +13,9 @@ namespace {
 
 using std::numbers::pi;
 
+/// Of the uniform mode's response, and of what enters: less does not count, nor could it be seen.
+constexpr double least_response = 1e-12, least_seen = 1e-15;
+
 /// α of mode `order`: αX = orderπ + 2 atan(g/α), whose left side less the right one rises with α.
 double mode_wavenumber(int order, double length, double g) {
   if (g == 0.0) return order * pi / length;
@@ -101,9 +104,23 @@ void HomogeneousBlock::set_sides(double g) {
   const double h = setup_.shape.voxel_mm;
   axis_ = {modes(lit.nu, h, g), modes(lit.nv, h, g)};
   waves_.clear();
+}
+
+void HomogeneousBlock::set_waves(Eigen::Index u, Eigen::Index v) {
+  const auto& [along_u, along_v] = axis_;
+  if (!waves_.empty()) {
+    if (waves_.front().rows() >= u && waves_.front().cols() >= v) return;
+    // Absorption rises from call to call: not one more mode each time.
+    u = std::min(along_u.mean.cols(), std::max(u, 3 * waves_.front().rows() / 2));
+    v = std::min(along_v.mean.cols(), std::max(v, 3 * waves_.front().cols() / 2));
+    waves_.clear();
+  }
+  const FaceShape lit = face_shape(setup_.shape, setup_.lit_face);
+  const double area = setup_.shape.voxel_mm * setup_.shape.voxel_mm;
   for (std::size_t at = 0; at < irradiance_->size(); at += lit.cells()) {
     const Eigen::Map<const Eigen::MatrixXd> map(irradiance_->data() + at, lit.nu, lit.nv);
-    waves_.emplace_back(h * h * (axis_[0].mean.transpose() * map * axis_[1].mean));
+    const Eigen::MatrixXd of_u = along_u.mean.leftCols(u).transpose() * map;
+    waves_.emplace_back(area * (of_u * along_v.mean.leftCols(v)));
   }
 }
 
@@ -159,13 +176,28 @@ std::vector<double> HomogeneousBlock::exitance(double kappa, double mu) {
   const auto& [along_u, along_v] = axis_;
   const auto square = [](double x) { return x * x; };
   const double largest = square(along_u.wavenumber.back()) + square(along_v.wavenumber.back());
-  std::vector<Eigen::MatrixXd> filters;
+  std::vector<Spectrum> spectra;
   for (const double depth : depths()) {
-    const Spectrum spectrum(std::max(largest, 1.0), thickness, [&](double wavenumber_squared) {
+    spectra.emplace_back(std::max(largest, 1.0), thickness, [&](double wavenumber_squared) {
       return response(LayeredMode(layers, robin_A_, {wavenumber_squared, beam_, q_, reflectance_}),
                       depth);
     });
-    Eigen::MatrixXd& filter = filters.emplace_back(along_u.mean.cols(), along_v.mean.cols());
+  }
+  const bool side = axis_of(seen_) != axis_of(setup_.lit_face);
+  const auto arriving = [&](const Axis& axis) {
+    Eigen::Index modes = axis.mean.cols();
+    const auto arrives = [&](const Spectrum& spectrum) {
+      const double last = axis.wavenumber[static_cast<std::size_t>(modes - 1)];
+      return std::abs(spectrum(square(last))) >
+             std::max(least_seen, least_response * std::abs(spectrum(0.0)));
+    };
+    while (!side && modes > 1 && std::none_of(spectra.begin(), spectra.end(), arrives)) --modes;
+    return modes;
+  };
+  set_waves(arriving(along_u), arriving(along_v));
+  std::vector<Eigen::MatrixXd> filters;
+  for (const Spectrum& spectrum : spectra) {
+    Eigen::MatrixXd& filter = filters.emplace_back(waves_.front().rows(), waves_.front().cols());
     for (Eigen::Index j = 0; j < filter.cols(); ++j) {
       for (Eigen::Index i = 0; i < filter.rows(); ++i) {
         filter(i, j) = spectrum(square(along_u.wavenumber[static_cast<std::size_t>(i)]) +
@@ -173,9 +205,12 @@ std::vector<double> HomogeneousBlock::exitance(double kappa, double mu) {
       }
     }
   }
-  const bool side = axis_of(seen_) != axis_of(setup_.lit_face);
-  const Eigen::MatrixXd u = side ? Eigen::MatrixXd() : rows_of(along_u.mean, pixels_.u);
-  const Eigen::MatrixXd v = side ? Eigen::MatrixXd() : rows_of(along_v.mean, pixels_.v);
+  const auto at_pixels = [side](const Axis& axis, Eigen::Index modes,
+                                const std::vector<int>& pixels) -> Eigen::MatrixXd {
+    return side ? Eigen::MatrixXd() : rows_of(axis.mean.leftCols(modes), pixels);
+  };
+  const Eigen::MatrixXd u = at_pixels(along_u, waves_.front().rows(), pixels_.u);
+  const Eigen::MatrixXd v = at_pixels(along_v, waves_.front().cols(), pixels_.v);
   const FaceShape lit = face_shape(setup_.shape, setup_.lit_face);
   std::vector<double> result;
   for (std::size_t m = 0; m < waves_.size(); ++m) {

@@ -3,7 +3,8 @@
 //
 // With ∂φ/∂n = −g φ at both ends of an axis of length X, g = 1/(2Aκ) (open) or 0 (mirror), its
 // modes are cos(αx − ψ), tan ψ = g/α, αX = jπ + 2ψ. Those that the pixels resolve are summed: what
-// is finer decays within a pixel's edge of the lit face.
+// is finer decays within a pixel's edge of the lit face. Those that arrive at a seen face across
+// the light with less than 1e-12 of the uniform mode's response are left out.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,6 +40,8 @@ class HomogeneousBlock {
   };
   static Axis modes(int voxels, double voxel_mm, double g);
   void set_sides(double g);
+  /// waves_ of at least so many modes along u and v.
+  void set_waves(Eigen::Index u, Eigen::Index v);
   std::vector<double> depths() const;
   double response(const LayeredMode& mode, double depth) const;
   Eigen::MatrixXd through_side(const std::vector<Eigen::MatrixXd>& filters,
@@ -52,7 +55,8 @@ class HomogeneousBlock {
   double beam_ = 0.0, reflectance_ = 0.0, apart_ = 0.0;
   double g_ = -1.0;  ///< what the modes were made for; negative: none yet
   std::array<Axis, 2> axis_;
-  std::vector<Eigen::MatrixXd> waves_;  ///< of each pattern's irradiance [mode of u][mode of v]
+  /// Of each pattern's irradiance [mode of u][mode of v], as many modes as were asked for.
+  std::vector<Eigen::MatrixXd> waves_;
 };
 
 }  // namespace kappamu::forward

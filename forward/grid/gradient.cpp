@@ -111,22 +111,23 @@ void Assembly::add_first_collisions() {
   const FaceShape shape = face_shape(s, setup.lit_face);
   const auto depth = static_cast<std::size_t>(s.extent(axis_of(setup.lit_face)));
   const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
+  // From a voxel to the next along the light; less than zero as a remainder modulo 2⁶⁴.
+  const std::size_t inwards =
+      depth > 1 ? face_cell(s, setup.lit_face, 0, 0, 1) - face_cell(s, setup.lit_face, 0, 0) : 0;
   for_rows(shape.nv, [&](int v) {
     forward::BeamColumn beam(fresnel_internal(setup.eta, 1.0));
     std::vector<double> thickness(depth), weight(depth), by_thickness(depth);
     for (int u = 0; u < shape.nu; ++u) {
-      const auto cell = [&](std::size_t k) {
-        return face_cell(s, setup.lit_face, u, v, static_cast<int>(k));
-      };
-      for (std::size_t k = 0; k < depth; ++k) {
-        const std::size_t i = cell(k);
+      const std::size_t first = face_cell(s, setup.lit_face, u, v);
+      std::size_t i = first;
+      for (std::size_t k = 0; k < depth; ++k, i += inwards) {
         thickness[k] = s.voxel_mm / (3.0 * kappa[i]);
         weight[k] = scale * sums.columns[i] * std::max(0.0, 1.0 - 3.0 * kappa[i] * mu[i]);
       }
       beam.set(thickness);
       beam.gradient(weight, by_thickness);
-      for (std::size_t k = 0; k < depth; ++k) {
-        const std::size_t i = cell(k);
+      i = first;
+      for (std::size_t k = 0; k < depth; ++k, i += inwards) {
         const double absorbed_share = 3.0 * kappa[i] * mu[i];
         const double by_albedo = absorbed_share < 1.0
                                      ? -absorbed_share * scale * sums.columns[i] * beam.collided(k)

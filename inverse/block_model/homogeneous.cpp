@@ -212,6 +212,44 @@ HomogeneousFit settle(LogResidual& residual, LeastSquaresState at) {
   return fit;
 }
 
+/// What a homogeneous block lets through at `some` data of a problem; of both by reference.
+class BlockAtData {
+ public:
+  BlockAtData(const Problem& problem, const SomeData& some)
+      : some_(some),
+        views_(problem.views()),
+        light_(views_.of_lights(problem.irradiance)),
+        lateral_(!problem.lateral.empty()),
+        lit_(problem) {
+    for (const Face face : views_.faces().list) {
+      blocks_.emplace_back(problem.setup, face, light_, some.pixels);
+    }
+  }
+
+  std::vector<double> operator()(double kappa, double mu) {
+    std::vector<std::vector<double>> exitance;
+    for (forward::HomogeneousBlock& block : blocks_) exitance.push_back(block.exitance(kappa, mu));
+    const std::vector<double> all =
+        views_.pictures(interleaved(exitance, some_.pixels.u.size() * some_.pixels.v.size()));
+    std::vector<double> prediction;
+    for (const std::size_t at : some_.at) prediction.push_back(all[at]);
+    if (!lateral_) return prediction;
+    const std::vector<double> where_lit = lit_.exitance(kappa, mu);
+    for (std::size_t k = 0; k < prediction.size(); ++k) {
+      if (where_lit[some_.used[k]] > 0.0) prediction[k] = where_lit[some_.used[k]];
+    }
+    return prediction;
+  }
+
+ private:
+  const SomeData& some_;
+  Views views_;
+  std::vector<double> light_;
+  bool lateral_;
+  LitFace lit_;
+  std::vector<forward::HomogeneousBlock> blocks_;  ///< one for each face that is seen
+};
+
 }  // namespace
 
 HomogeneousFit find_homogeneous(const Problem& problem,
@@ -223,29 +261,15 @@ HomogeneousFit find_homogeneous(const Problem& problem,
         "and variance, or fit the other channels alone",
         {{"channels"}});
   }
-  const Views views = problem.views();
-  const std::vector<double> light = views.of_lights(problem.irradiance);
-  std::vector<forward::HomogeneousBlock> blocks;  // one for each face that is seen
-  for (const Face face : views.faces().list) {
-    blocks.emplace_back(problem.setup, face, light, some.pixels);
-  }
-  const LitFace lit(problem);
+  BlockAtData block(problem, some);
   LogResidual residual(problem, some.used, [&](const Eigen::VectorXd& p) {
-    std::vector<std::vector<double>> exitance;
-    for (forward::HomogeneousBlock& block : blocks) {
-      exitance.push_back(block.exitance(std::exp(p[0]), std::exp(p[1])));
-    }
-    const std::vector<double> all =
-        views.pictures(interleaved(exitance, some.pixels.u.size() * some.pixels.v.size()));
-    std::vector<double> prediction;
-    for (const std::size_t at : some.at) prediction.push_back(all[at]);
-    if (problem.lateral.empty()) return prediction;
-    const std::vector<double> where_lit = lit.exitance(std::exp(p[0]), std::exp(p[1]));
-    for (std::size_t k = 0; k < prediction.size(); ++k) {
-      if (where_lit[some.used[k]] > 0.0) prediction[k] = where_lit[some.used[k]];
-    }
-    return prediction;
+    return block(std::exp(p[0]), std::exp(p[1]));
   });
+  const FaceShape face = problem.lit_shape();
+  if (problem.lateral.empty() && std::min(face.nu, face.nv) >= many_voxels) {
+    const Eigen::Vector2d p = find_homogeneous(coarsen(problem, ModelError{}), guess).logs();
+    return settle(residual, {p, residual.residual(p), {}});
+  }
   std::vector<LeastSquaresState> places = lowest_places(residual, problem.setup.thickness_mm());
   if (guess) {
     const Eigen::Vector2d p(std::log(guess->kappa), std::log(guess->mu));

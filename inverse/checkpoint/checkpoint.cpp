@@ -11,7 +11,7 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr std::uint64_t format = 0x54504b432d554d4bULL;  // "KMU-CKPT" in memory, low byte first
-constexpr std::uint64_t version = 19;
+constexpr std::uint64_t version = 20;
 constexpr std::size_t checksum_at = 4 * sizeof(std::uint64_t);
 constexpr std::size_t header_bytes = checksum_at + sizeof(std::uint64_t);
 

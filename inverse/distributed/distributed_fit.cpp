@@ -264,6 +264,10 @@ Minimum PiecePath::settle() {
     minimise();
     state_.own = stage_.function->fields(stage_.optimiser.z);
     const double minimised = stage_.chi2;
+    if (state_.last && correction_holds(stage_.corrected_chi2, minimised)) {
+      objective_->value(state_.own);
+      return Minimum{minimised, objective_->chi2_per_value()};
+    }
     return Minimum{minimised, objective_->renew_correction(state_.own)};
   };
   const Minimum minimum = round();

@@ -29,7 +29,11 @@ PieceFunction::PieceFunction(PieceObjective& objective, const Basis& basis,
 
 /// On all ranks.
 bool PieceFunction::alike(const Vector& a, const Vector& b) const {
-  return total(a == b ? 0.0 : 1.0) == 0.0;
+  return objective_.pieces().sum(a == b ? 0.0 : 1.0) == 0.0;
+}
+
+void PieceFunction::total(std::span<double> products) const {
+  objective_.pieces().sum(products);
 }
 
 Vector PieceFunction::coordinates(const CoefficientPair& own) const {

@@ -32,7 +32,7 @@ class PieceFunction final : public Function {
   FieldPair to_fields(const std::vector<float>& step, const std::vector<float>& change) const;
   /// FitFunction::adopt() of a pair of the fields that was learned at the weight `before`.
   void adopt(double before, Vector& step, Vector& change) const;
-  double total(double part) const override { return objective_.pieces().sum(part); }
+  void total(std::span<double> products) const override;
   /// As FitFunction's, at the fields of the last value().
   double chi2_gain(const Basis& basis, double weight) const;
 

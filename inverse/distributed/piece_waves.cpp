@@ -85,8 +85,7 @@ Eigen::MatrixXd PieceWaves::analyse(const CoefficientPair& own) const {
   std::vector<double> planes = planes_.whole(parts);
   const Eigen::Index all = modes_.waves(), here = planes_.count();
   for (Eigen::Index p = 0; p < here; ++p) {
-    Eigen::Map<Eigen::MatrixXd> plane(planes.data() + p * all, na_, nb_);
-    plane = to_waves(cosines_a_, cosines_b_, plane);
+    to_waves(cosines_a_, cosines_b_, planes.data() + p * all);
   }
   std::vector<int> sent, received;
   std::vector<double> packed;
@@ -132,8 +131,7 @@ CoefficientPair PieceWaves::synthesise(const Eigen::MatrixXd& coefficients) cons
     for (Eigen::Index p = 0; p < here; ++p) planes[p * all + wave] = from[next++];
   }
   for (Eigen::Index p = 0; p < here; ++p) {
-    Eigen::Map<Eigen::MatrixXd> plane(planes.data() + p * all, na_, nb_);
-    plane = from_waves(cosines_a_, cosines_b_, plane);
+    from_waves(cosines_a_, cosines_b_, planes.data() + p * all);
   }
   const std::vector<double> parts = planes_.parts(planes);
   const std::size_t cells = owned_.cells();

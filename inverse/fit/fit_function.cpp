@@ -1,6 +1,7 @@
 #include "inverse/fit/fit_function.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -12,6 +13,15 @@
 namespace kappamu::inverse {
 
 namespace {
+
+/// Whether a == b, on all cores.
+bool equal(const Vector& a, const Vector& b) {
+  std::atomic<bool> all{a.size() == b.size()};
+  for_pieces(all ? a.size() : 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+    if (all && !std::equal(&a[begin], a.data() + end, &b[begin])) all = false;
+  });
+  return all;
+}
 
 void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term) {
   for_pieces(to.log_mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -40,13 +50,13 @@ Vector FitFunction::coordinates(const CoefficientPair& fields) const {
 }
 
 CoefficientPair FitFunction::fields(const Vector& z) const {
-  if (z == start_.z) return start_.fields;
-  return z == here_.z ? here_.fields : scale_.to_fields(basis_.to_fields(z));
+  if (equal(z, start_.z)) return start_.fields;
+  return equal(z, here_.z) ? here_.fields : scale_.to_fields(basis_.to_fields(z));
 }
 
 void FitFunction::go_to(const Vector& z) {
-  if (z == here_.z) return;
-  if (z == ahead_.z) {
+  if (equal(z, here_.z)) return;
+  if (equal(z, ahead_.z)) {
     std::swap(here_, ahead_);
   } else {
     here_ = {z, fields(z)};
@@ -55,7 +65,8 @@ void FitFunction::go_to(const Vector& z) {
 
 double FitFunction::value(const Vector& z) {
   go_to(z);
-  roughness_ = roughness(objective_.space(), here_.fields, anchor_, regulariser_);
+  roughness_ =
+      roughness(objective_.space(), here_.fields, anchor_, regulariser_, std::move(roughness_));
   return objective_.value(here_.fields) + weight_ * roughness_.value;
 }
 

@@ -26,6 +26,8 @@ class FitFunction final : public Function {
   double value(const Vector& z) override;
   Vector gradient() override;
   double amplitude(const Vector& z, const Vector& direction) override;
+  /// Fields of the last value().
+  const CoefficientPair& here() const { return here_.fields; }
   double last_roughness() const { return roughness_.value; }
   /// Translates an L-BFGS pair of `before`, the function of the previous weight, to this function:
   /// `change` becomes the change of this gradient along the step. Exact up to three terms: the new

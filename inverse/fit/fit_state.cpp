@@ -85,7 +85,7 @@ void transfer(auto& bytes, Is<Correction> auto& r) {
 }
 
 void transfer(auto& bytes, Is<LbfgsProducts> auto& p) {
-  bytes(p.curvature, p.step_square, p.change_square);
+  bytes(p.step_square, p.by_step, p.by_change);
 }
 
 void transfer(auto& bytes, Is<OptimiserState> auto& s) {

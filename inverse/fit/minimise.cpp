@@ -94,7 +94,7 @@ void minimise(FitRun& run, Stage& stage) {
     const double after = stage.optimiser.value;
     const bool small = before - after < std::max(least * after, shared);
     stage.small_decreases = small ? stage.small_decreases + 1 : 0;
-    const CoefficientPair fields = stage.function->fields(stage.optimiser.z);
+    const CoefficientPair& fields = stage.function->here();
     record(run, stage, fields);
     if (correction_is_outdated(run, stage)) {
       run.renew_correction(fields);
@@ -152,7 +152,7 @@ void begin_weight(FitRun& run, Stage& stage) {
 void repeat_weight(FitRun& run, Stage& stage) {
   update_correction(run, stage);
   stage.steps = 0;
-  record(run, stage, stage.function->fields(stage.optimiser.z));
+  record(run, stage, stage.function->here());
   run.save(stage);
 }
 
@@ -166,8 +166,13 @@ Minimum settle(FitRun& run, Stage& stage) {
   const auto round = [&] {
     minimise(run, stage);
     run.state.fields = stage.function->fields(stage.optimiser.z);
-    // χ² counts with r made here, not with that of the weight's beginning.
     const double minimised = stage.chi2;
+    if (run.state.last && !run.grid.levels().photons() &&
+        correction_holds(stage.corrected_chi2, minimised)) {
+      run.grid.objective().value(run.state.fields);
+      return Minimum{minimised, run.grid.objective().chi2_per_value()};
+    }
+    // χ² counts with r made here, not with that of the weight's beginning.
     return Minimum{minimised, run.renew_correction(run.state.fields)};
   };
   Minimum minimum = round();
@@ -271,6 +276,15 @@ bool possible(const Correction& r, std::size_t data, bool by_photons) {
          finite(r.mean);
 }
 
+bool possible(const std::vector<LbfgsProducts>& products, std::size_t pairs) {
+  bool good = products.size() <= pairs;
+  for (std::size_t k = 0; k < products.size(); ++k) {
+    const LbfgsProducts& p = products[k];
+    good = good && has(p.by_step, k + 1) && has(p.by_change, k + 1) && std::isfinite(p.step_square);
+  }
+  return good;
+}
+
 /// With z of `size` and at most `pairs` of L-BFGS.
 bool possible(const OptimiserState& s, std::size_t size, int pairs) {
   const auto fits = [&](const auto& v) { return has(v, size); };
@@ -278,7 +292,8 @@ bool possible(const OptimiserState& s, std::size_t size, int pairs) {
          std::isfinite(s.previous_step) && (s.direction.empty() || fits(s.direction)) &&
          s.previous_gradient.size() == s.direction.size() && finite(s.previous_gradient) &&
          s.steps.size() <= static_cast<std::size_t>(pairs) && s.changes.size() == s.steps.size() &&
-         s.products.size() == s.steps.size() && std::all_of(s.steps.begin(), s.steps.end(), fits) &&
+         possible(s.products, s.steps.size()) &&
+         std::all_of(s.steps.begin(), s.steps.end(), fits) &&
          std::all_of(s.changes.begin(), s.changes.end(), fits);
 }
 

@@ -33,8 +33,8 @@ void restore_weight(FitRun& run, Stage& stage, StageState saved);
 /// reported.
 bool resume(FitRun& run, Stage& stage);
 
-/// To the minimum, r renewed there; once more where that takes it back. The run's fields are then
-/// the volume found.
+/// To the minimum, r renewed there; once more where that takes it back. At the last minimum r is
+/// not renewed where it holds. The run's fields are then the volume found.
 Minimum settle(FitRun& run, Stage& stage);
 
 /// Predicted by the metric at the minimum with `chi2` per value. Empty without a metric and on

@@ -46,6 +46,10 @@ bool is_reverted(const PathOptions& options, const Minimum& minimum, bool finest
           (finest && minimum.renewed > defaults::most_reverted * minimum.minimised));
 }
 
+bool correction_holds(double corrected_chi2, double chi2) {
+  return corrected_chi2 < (1.0 + defaults::small_change_of_chi2) * chi2;
+}
+
 PathEnd end_of_path(const PathOptions& options, double weight, const Minimum& minimum,
                     const std::optional<Outlook>& outlook, double score_before) {
   if (options.weight) return PathEnd::asked;

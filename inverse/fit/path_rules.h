@@ -34,6 +34,9 @@ struct Minimum {
 /// is low enough, the volume not yet there.
 bool is_reverted(const PathOptions& options, const Minimum& minimum, bool finest);
 
+/// Whether r, made where χ² per value was `corrected_chi2`, holds at a minimum of `chi2`.
+bool correction_holds(double corrected_chi2, double chi2);
+
 /// At the minimum at one weight on the finest grid.
 struct Outlook {
   double free_share = 1.0;  ///< 1 − γ/N

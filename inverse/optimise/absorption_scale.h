@@ -25,8 +25,8 @@ class AbsorptionScale {
   double mean_slope(const CoefficientPair& fields) const;
 
  private:
-  template <class Each>
-  void for_mu(std::vector<double>& values, const Each& each) const;
+  template <class Work>
+  void for_parts(std::size_t voxels, const Work& work) const;
 
   double mu_ = 0.0;  ///< μ₀; 0: w = log μ
 };

@@ -80,35 +80,35 @@ Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
     for (int p = 0; p < count; ++p) {
       const int row = first + p;
       const auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
-      const Eigen::MatrixXd out = to_waves(cosines_a_, cosines_b_, plane(field, row % depth_));
-      planes.col(p) = Eigen::Map<const Eigen::VectorXd>(out.data(), waves);
+      Eigen::Map<Eigen::MatrixXd>(planes.col(p).data(), na_, nb_) = plane(field, row % depth_);
+      to_waves(cosines_a_, cosines_b_, planes.col(p).data());
     }
     coefficients.middleRows(first, count) = planes.transpose();
   });
   return coefficients;
 }
 
-/// Fields of planes [a][b] that `back` makes of each row of coefficients.
+/// Fields of planes [a][b] that `back` makes of each row of coefficients, in place.
 template <class Back>
 CoefficientPair LateralModes::fields_of(const Eigen::MatrixXd& coefficients,
                                         const Back& back) const {
-  const Eigen::Index waves = static_cast<Eigen::Index>(na_) * nb_;
   CoefficientPair fields{std::vector<double>(shape_.cells()), std::vector<double>(shape_.cells())};
   for_planes([&](int first, int count) {
-    const Eigen::MatrixXd planes = coefficients.middleRows(first, count).transpose();
+    Eigen::MatrixXd planes = coefficients.middleRows(first, count).transpose();
     for (int p = 0; p < count; ++p) {
       const int row = first + p;
       auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
-      const Eigen::Map<const Eigen::MatrixXd> image(planes.data() + p * waves, na_, nb_);
-      plane(field, row % depth_) = back(image);
+      Eigen::Map<Eigen::MatrixXd> image(planes.col(p).data(), na_, nb_);
+      back(image);
+      plane(field, row % depth_) = image;
     }
   });
   return fields;
 }
 
 CoefficientPair LateralModes::synthesise(const Eigen::MatrixXd& coefficients) const {
-  return fields_of(coefficients, [&](const Eigen::MatrixXd& image) {
-    return from_waves(cosines_a_, cosines_b_, image);
+  return fields_of(coefficients, [&](Eigen::Map<Eigen::MatrixXd>& image) {
+    from_waves(cosines_a_, cosines_b_, image.data());
   });
 }
 
@@ -118,8 +118,8 @@ CoefficientPair LateralModes::spread(const Eigen::MatrixXd& variances) const {
   };
   const Eigen::MatrixXd a = squares(cosines_a_, na_);
   const Eigen::MatrixXd b = squares(cosines_b_, nb_);
-  return fields_of(variances, [&](const Eigen::MatrixXd& image) -> Eigen::MatrixXd {
-    return a.transpose() * image * b;
+  return fields_of(variances, [&](Eigen::Map<Eigen::MatrixXd>& image) {
+    image = (a.transpose() * image * b).eval();
   });
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/parallel.h"
 #include "inverse/defaults.h"
+#include "inverse/optimise/lbfgs.h"
 
 namespace kappamu::inverse {
 
@@ -38,7 +39,9 @@ double dot(const Function& function, const std::vector<A>& a, const std::vector<
       return static_cast<double>(a[i]) * static_cast<double>(b[i]);
     });
   });
-  return function.total(std::accumulate(sums.begin(), sums.end(), 0.0));
+  double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
+  function.total({&sum, 1});
+  return sum;
 }
 
 template <class T>
@@ -48,15 +51,11 @@ void add_scaled(Vector& to, double factor, const std::vector<T>& term) {
   });
 }
 
-Vector scaled(Vector v, double factor) {
+Vector negative(Vector v) {
   for_pieces(v.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) v[i] *= factor;
+    for (std::size_t i = begin; i < end; ++i) v[i] = -v[i];
   });
   return v;
-}
-
-Vector negative(Vector v) {
-  return scaled(std::move(v), -1.0);
 }
 
 std::vector<float> difference(const Vector& a, const Vector& b) {
@@ -88,52 +87,6 @@ void accept(Function& function, OptimiserState& state, Trial trial) {
   state.gradient = function.gradient();
 }
 
-/// to += factor · term; then its product with `next`, while it is at hand.
-double add_scaled_and_dot(const Function& function, Vector& to, double factor,
-                          const std::vector<float>& term, const std::vector<float>& next) {
-  std::vector<double> sums(pieces(to.size()));
-  for_pieces(to.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    sums[piece] = sum_of(begin, end, [&](std::size_t i) {
-      to[i] += factor * static_cast<double>(term[i]);
-      return to[i] * static_cast<double>(next[i]);
-    });
-  });
-  return function.total(std::accumulate(sums.begin(), sums.end(), 0.0));
-}
-
-/// −H g by the two-loop recursion (Nocedal & Wright, algorithm 7.4).
-Vector lbfgs_direction(const Function& function, const OptimiserState& state) {
-  std::vector<std::size_t> usable;
-  for (std::size_t k = 0; k < state.steps.size(); ++k) {
-    const LbfgsProducts& p = state.products[k];
-    if (p.curvature > 1e-10 * std::sqrt(p.step_square * p.change_square)) usable.push_back(k);
-  }
-  if (usable.empty()) return negative(state.gradient);
-  const auto curvature = [&](std::size_t k) { return state.products[usable[k]].curvature; };
-  const auto s = [&](std::size_t k) -> const auto& {
-    return state.steps[usable[k]];
-  };
-  const auto y = [&](std::size_t k) -> const auto& {
-    return state.changes[usable[k]];
-  };
-  Vector d = state.gradient;
-  std::vector<double> alpha(usable.size());
-  const std::size_t last = usable.size() - 1;
-  double along = dot(function, s(last), d);
-  for (std::size_t k = last + 1; k-- > 0;) {
-    alpha[k] = along / curvature(k);
-    along = add_scaled_and_dot(function, d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
-  }
-  const double scale = softer * curvature(last) / state.products[usable[last]].change_square;
-  d = scaled(std::move(d), scale);
-  along *= scale;
-  for (std::size_t k = 0; k <= last; ++k) {
-    along = add_scaled_and_dot(function, d, alpha[k] - along / curvature(k), s(k),
-                               y(std::min(k + 1, last)));
-  }
-  return negative(std::move(d));
-}
-
 /// Length of the first trial: the whole direction, but nothing beyond
 /// longest_step.
 double bounded_length(Function& function, const Vector& z, const Vector& direction,
@@ -144,9 +97,9 @@ double bounded_length(Function& function, const Vector& z, const Vector& directi
 /// Backtracks from `length` until the decrease is sufficient (Armijo); none
 /// after max_backtracks.
 std::optional<Trial> backtrack(Function& function, const OptimiserState& state,
-                               const Vector& direction, double length,
+                               const Descent& descent, double length,
                                const OptimiserOptions& options) {
-  const double slope = dot(function, direction, state.gradient);
+  const auto& [direction, slope] = descent;
   for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
     Trial trial = evaluate(function, state, direction, length);
     if (trial.value <= state.value + sufficient_decrease * length * slope) return trial;
@@ -167,37 +120,33 @@ void forget_pairs(OptimiserState& state) {
   state.products.clear();
 }
 
-void keep_pair(const Function& function, OptimiserState& state, std::vector<float> step,
-               std::vector<float> change) {
-  state.products.push_back(
-      {dot(function, step, change), dot(function, step, step), dot(function, change, change)});
-  state.steps.push_back(std::move(step));
-  state.changes.push_back(std::move(change));
+void forget_oldest_pair(OptimiserState& state) {
+  state.steps.erase(state.steps.begin());
+  state.changes.erase(state.changes.begin());
+  state.products.erase(state.products.begin());
+  for (LbfgsProducts& p : state.products) {
+    p.by_step.erase(p.by_step.begin());
+    p.by_change.erase(p.by_change.begin());
+  }
 }
 
 StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
-  const Vector& g = state.gradient;
-  Vector direction = lbfgs_direction(function, state);
-  double slope = dot(function, direction, g);
-  if (!(slope < 0.0)) {
+  Descent descent = lbfgs_descent(function, state);
+  if (!(descent.slope < 0.0)) {
     forget_pairs(state);
-    direction = negative(g);
-    slope = dot(function, direction, g);
-    if (!(slope < 0.0)) return StepOutcome::stalled;
+    descent = steepest_descent(function, state);
+    if (!(descent.slope < 0.0)) return StepOutcome::stalled;
   }
   const double length = state.steps.empty()
-                            ? options.first_step / function.amplitude(state.z, direction)
-                            : bounded_length(function, state.z, direction, options);
-  if (std::optional<Trial> trial = backtrack(function, state, direction, length, options)) {
-    std::vector<float> taken = difference(trial->z, state.z);
+                            ? options.first_step / function.amplitude(state.z, descent.direction)
+                            : bounded_length(function, state.z, descent.direction, options);
+  if (std::optional<Trial> trial = backtrack(function, state, descent, length, options)) {
+    descent = {};
+    if (state.steps.size() >= static_cast<std::size_t>(options.memory)) forget_oldest_pair(state);
+    state.steps.push_back(difference(trial->z, state.z));
     const Vector before = std::move(state.gradient);
     accept(function, state, std::move(*trial));
-    keep_pair(function, state, std::move(taken), difference(state.gradient, before));
-    if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
-      state.steps.erase(state.steps.begin());
-      state.changes.erase(state.changes.begin());
-      state.products.erase(state.products.begin());
-    }
+    state.changes.push_back(difference(state.gradient, before));
     return StepOutcome::progressed;
   }
   if (state.steps.empty()) return StepOutcome::stalled;
@@ -288,7 +237,8 @@ void restart(Function& function, OptimiserState& state, const PairTranslation& t
     Vector change(old_change.begin(), old_change.end());
     translate(step, change);
     if (!(dot(function, step, change) > 0.0)) continue;
-    keep_pair(function, state, {step.begin(), step.end()}, {change.begin(), change.end()});
+    state.steps.emplace_back(step.begin(), step.end());
+    state.changes.emplace_back(change.begin(), change.end());
   }
 }
 

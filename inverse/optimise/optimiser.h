@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "core/names.h"
@@ -19,8 +20,8 @@ class Function {
   virtual Vector gradient() = 0;  ///< at the z of the last value()
   /// Largest change of log κ or log μ from z to z + `direction` [log units].
   virtual double amplitude(const Vector& z, const Vector& direction) = 0;
-  /// Of a product of vectors, where this process holds `part` of them: the whole product.
-  virtual double total(double part) const { return part; }
+  /// Makes products of vectors, of which this process holds a part, those of the whole vectors.
+  virtual void total(std::span<double> /*products*/) const {}
 };
 
 enum class Method {
@@ -39,11 +40,14 @@ struct OptimiserOptions {
   double golden_tolerance = 0.1;  ///< final width of the bracket over the step found
 };
 
-/// Products of one L-BFGS pair: step · change, and both squares.
+/// Inner products of one L-BFGS pair.
 struct LbfgsProducts {
-  double curvature = 0.0;
   double step_square = 0.0;
-  double change_square = 0.0;
+  /// Of its change with the steps and changes of the pairs from the oldest to itself.
+  std::vector<double> by_step, by_change;
+
+  double curvature() const { return by_step.back(); }
+  double change_square() const { return by_change.back(); }
 };
 
 struct OptimiserState {
@@ -53,6 +57,7 @@ struct OptimiserState {
   /// L-BFGS pairs, oldest first: steps and changes of the gradient.
   std::vector<std::vector<float>> steps;
   std::vector<std::vector<float>> changes;
+  /// Of the pairs, oldest first, as far as they are known; the next direction completes them.
   std::vector<LbfgsProducts> products;
   Vector direction;          ///< conjugate gradients: the last direction
   Vector previous_gradient;  ///< conjugate gradients: the gradient it was made of

@@ -1,15 +1,18 @@
 #include "inverse/problem/fields.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/numbers/elementary.h"
 #include "core/parallel.h"
 
 namespace kappamu::inverse {
 
 std::vector<double> exponential(const std::vector<double>& log) {
   std::vector<double> value(log.size());
-  for_pieces(log.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) value[i] = std::exp(log[i]);
+  for_ranges(log.size(), [&](std::size_t begin, std::size_t end) {
+    std::copy(log.data() + begin, log.data() + end, value.data() + begin);
+    exponentiate({value.data() + begin, end - begin});
   });
   return value;
 }

@@ -24,6 +24,15 @@ bool within_range(const CoefficientPair& fields) {
                  [&](std::size_t i) { return ok(fields.log_kappa[i]) && ok(fields.log_mu[i]); });
 }
 
+/// Element by element.
+std::vector<double> products(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> result(a.size());
+  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = a[i] * b[i];
+  });
+  return result;
+}
+
 /// Voxels times iterations of a batch of `part` out of `patterns`.
 double cost(const forward::DiffusionOperator& op, const SolveReport& report, int part,
             int patterns) {
@@ -154,9 +163,7 @@ double Objective::value(const CoefficientPair& fields) {
 }
 
 CoefficientPair Objective::gradient() {
-  std::vector<double> by_exitance = data_term_.by_prediction;
-  for (std::size_t i = 0; i < by_exitance.size(); ++i) by_exitance[i] *= ratio_[i];
-  return adjoint(by_exitance);
+  return adjoint(products(data_term_.by_prediction, ratio_));
 }
 
 CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) {
@@ -243,9 +250,7 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
 }
 
 std::vector<double> Objective::prediction() const {
-  std::vector<double> corrected(exitance_.size());
-  for (std::size_t i = 0; i < exitance_.size(); ++i) corrected[i] = ratio_[i] * exitance_[i];
-  return corrected;
+  return products(ratio_, exitance_);
 }
 
 }  // namespace kappamu::inverse

@@ -123,7 +123,8 @@ std::array<double, 2> Objective::means(const CoefficientPair& fields) {
 /// r at fields_.
 void Objective::correct() {
   ratio_ = correction_.ratio;
-  if (fields_.log_kappa.empty()) return;
+  const bool constant = correction_.slope[0].empty() && correction_.slope[1].empty();
+  if (constant || fields_.log_kappa.empty()) return;
   const std::array<double, 2> at = means(fields_);
   for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
     const double change = at[k] - correction_.mean[k];

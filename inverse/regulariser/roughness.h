@@ -66,9 +66,10 @@ struct Roughness {
   /// ψ'(|∇v|)/|∇v| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
   std::vector<double> diffusivity;
 };
+/// `storage`: of an earlier call, overwritten.
 Roughness roughness(const MediumSpace& space, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor = std::nullopt,
-                    const Regulariser& regulariser = {});
+                    const Regulariser& regulariser = {}, Roughness storage = {});
 
 /// `change` times the Hessian of the Gaussian that stands for R at some fields: H1's, with the
 /// differences across a face weighed by the mean of its two voxels' `diffusivity` there (lagged

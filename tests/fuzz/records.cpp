@@ -190,7 +190,7 @@ void seed_checkpoint(const fs::path& seeds) {
   optimiser.z = optimiser.gradient = {1.0, 2.0, 3.0, 4.0};
   optimiser.steps.push_back({1.0F, 2.0F, 3.0F, 4.0F});
   optimiser.changes = optimiser.steps;
-  optimiser.products.resize(1);
+  optimiser.products.push_back({30.0, {30.0}, {30.0}});
   state.correction = {{0.5}};
   state.report.history.emplace_back();
   state.report.warnings.emplace_back("a warning");

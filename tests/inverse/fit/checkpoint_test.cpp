@@ -268,7 +268,10 @@ TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
   refused(within, "pairs", [](FitState& s) {
     s.stage.optimiser.steps.assign(1, {1.0F});
     s.stage.optimiser.changes.assign(1, {1.0F});
-    s.stage.optimiser.products.resize(1);
+    s.stage.optimiser.products.assign(1, {1.0, {1.0}, {1.0}});
+  });
+  refused(within, "products of pairs", [](FitState& s) {
+    s.stage.optimiser.products.assign(1, {1.0, {}, {}});
   });
   refused(within, "blocks", [](FitState& s) { s.stage.blocks.pop_back(); });
   refused(within, "blocks' size", [](FitState& s) { s.stage.blocks.front().resize(1, 1); });
