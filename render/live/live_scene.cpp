@@ -221,8 +221,8 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   answered_ = false;
   picture_.reset();
   take_media(question);
-  if (lights_.size() != question.lights.size() ||
-      !light_changes(lights_, question.lights).empty()) {
+  if (!std::equal(lights_.begin(), lights_.end(), question.lights.begin(), question.lights.end(),
+                  [](const Light& a, const Light& b) { return same(a, b); })) {
     for (auto& of_object : arriving_) of_object.reset();
   }
   lights_ = question.lights;

@@ -18,11 +18,6 @@ std::optional<EnvironmentLight> environment_of(const std::vector<Light>& lights)
   return std::nullopt;
 }
 
-bool same(const std::optional<EnvironmentLight>& a, const std::optional<EnvironmentLight>& b) {
-  if (!a || !b) return a.has_value() == b.has_value();
-  return a->image == b->image && (a->radiance == b->radiance).all() && a->turn_deg == b->turn_deg;
-}
-
 /// Beams of a shape with other vertices, each at the same place of its triangle. One that would
 /// meet it from inside now is left out.
 BeamsOfChannels carried(const BeamsOfChannels& beams, const std::vector<Vector3d>& from,
@@ -57,7 +52,8 @@ bool SkyLight::is_preview() const {
 void SkyLight::find(const World& world, const std::vector<Light>& lights, double rays,
                     std::uint64_t seed, Progress& progress) {
   const std::optional<EnvironmentLight> light = environment_of(lights);
-  const bool as_before = same(light, light_);
+  const bool as_before =
+      light && light_ ? same(*light, *light_) : light.has_value() == light_.has_value();
   if (as_before && (rays_ >= rays || !environment_)) return;
   if (!as_before) {
     environment_ = make_environment(lights, LampsEnter::as_beams);

@@ -38,7 +38,40 @@ ChangeableFields fields_of(Light& light) {
   return fields;
 }
 
+bool equal(const DirectionalLight& a, const DirectionalLight& b) {
+  return a.direction == b.direction && (a.irradiance == b.irradiance).all();
+}
+
+bool equal(const PointLight& a, const PointLight& b) {
+  return a.position_mm == b.position_mm && (a.irradiance == b.irradiance).all() &&
+         a.at_mm == b.at_mm;
+}
+
+bool equal(const SpotLight& a, const SpotLight& b) {
+  return equal(a.point, b.point) && a.target_mm == b.target_mm && a.cone_deg == b.cone_deg &&
+         a.edge_deg == b.edge_deg;
+}
+
+bool equal(const ProjectorLight& a, const ProjectorLight& b) {
+  return equal(a.point, b.point) && a.target_mm == b.target_mm && a.up == b.up &&
+         a.fov_deg == b.fov_deg && a.image == b.image;
+}
+
+bool equal(const EnvironmentLight& a, const EnvironmentLight& b) {
+  return a.image == b.image && (a.radiance == b.radiance).all() && a.turn_deg == b.turn_deg &&
+         a.visible == b.visible;
+}
+
 }  // namespace
+
+bool same(const Light& a, const Light& b) {
+  return std::visit(
+      [](const auto& one, const auto& other) {
+        if constexpr (std::is_same_v<decltype(one), decltype(other)>) return equal(one, other);
+        return false;
+      },
+      a, b);
+}
 
 LightChanges light_changes(const std::vector<Light>& before, const std::vector<Light>& after) {
   check(before.size() == after.size(), "lights that change are as many as before");

@@ -172,6 +172,9 @@ Scene read_scene(const std::filesystem::path& file);
 Scene read_scene(const std::string& text, const std::filesystem::path& file,
                  const std::string& which);
 
+/// Whether all their fields are equal.
+bool same(const Light& a, const Light& b);
+
 /// What makes lights `after` of lights `before`, which are the same kinds in the same order.
 LightChanges light_changes(const std::vector<Light>& before, const std::vector<Light>& after);
 /// Makes them. Throws InputError naming `origin` and the light where there is none of that number,

@@ -146,6 +146,27 @@ TEST_F(LiveLamps, AnEvenSkyHasNone) {
   EXPECT_LT(apart_from_render(scene_, LampsEnter::evenly), 1e-3);
 }
 
+/// What arrives on surfaces is kept while lights stay, and no longer: a spot turns away in place.
+TEST(LiveSurface, FollowsEveryFieldOfALight) {
+  Scene scene = sphere_scene();
+  scene.objects[0].edges_per_size = 24;
+  scene.lights = {SpotLight{{{0.0, 0.0, 40.0}, Colour::Ones(), 40.0}, Vector3d::Zero(), 60.0, 5.0}};
+  std::vector<std::string> warnings;
+  LiveScene live(scene, {}, warnings);
+  Progress progress;
+  const auto arriving = [&] {
+    const LiveAnswer answer = live.answer({scene.lights, {}}, progress);
+    float sum = 0.0F;
+    for (const Eigen::Array3f& here : answer.surface[0].arriving[0]) sum += here.sum();
+    return sum;
+  };
+  const float lit = arriving();
+  EXPECT_GT(lit, 0.0F);
+  EXPECT_EQ(arriving(), lit);
+  std::get<SpotLight>(scene.lights[0]).target_mm = {0.0, 0.0, 80.0};
+  EXPECT_EQ(arriving(), 0.0F);
+}
+
 /// A ball of one medium with a point light somewhere.
 Scene ball_with_light(const Vector3d& place) {
   Scene scene = sphere_scene();
