@@ -10,7 +10,9 @@ KINDS = {"host": "host, without OpenCL", "CPU": "processor by OpenCL", "GPU": "G
 def time(seconds):
     if seconds is None:
         return ""
-    return f"{seconds:.3g} s" if seconds >= 0.1 else f"{1e3 * seconds:.3g} ms"
+    if seconds < 0.1:
+        return f"{1e3 * seconds:.3g} ms"
+    return f"{seconds:.3g} s" if seconds < 100 else f"{seconds:.0f} s"
 
 
 def rate(row):
