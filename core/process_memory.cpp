@@ -1,10 +1,8 @@
 #include "core/process_memory.h"
 
-#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <cstdint>
 #include <fstream>
 #include <string>
 
@@ -43,7 +41,7 @@ double peak_memory() {
 #ifdef __GLIBC__
 void keep_freed_memory() {
   mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, -1);  // never; a number would be two gigabytes at the most
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 }
 
 void return_freed_memory() {
@@ -56,15 +54,6 @@ void return_freed_memory() {
 void keep_freed_memory() {}
 void return_freed_memory() {}
 #endif
-
-void ask_for_huge_pages(void* memory, std::size_t bytes) {
-  constexpr std::size_t page = std::size_t{1} << 21;
-  if (bytes < huge_pages_from) return;
-  const auto begin = reinterpret_cast<std::uintptr_t>(memory);
-  const std::uintptr_t first = (begin + page - 1) / page * page;
-  const std::uintptr_t end = (begin + bytes) / page * page;
-  if (end > first) madvise(reinterpret_cast<void*>(first), end - first, MADV_HUGEPAGE);
-}
 
 std::string gigabytes(double bytes) {
   return shown_number(bytes / 1e9, "%.1f GB");

@@ -1,7 +1,6 @@
 // Main memory of the machine and of this process [bytes].
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 namespace kappamu {
@@ -20,12 +19,6 @@ double peak_memory();
 void keep_freed_memory();
 /// glibc's usual rule again; what is free goes back to the system.
 void return_freed_memory();
-
-/// Asks for pages of two megabytes before memory of at least `huge_pages_from` is first written:
-/// the kernel gives them faster, and loops over many arrays at once wait less for translations of
-/// addresses. A wish; without them memory is as good.
-void ask_for_huge_pages(void* memory, std::size_t bytes);
-inline constexpr std::size_t huge_pages_from = std::size_t{1} << 22;
 
 /// "5.4 GB".
 std::string gigabytes(double bytes);

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/process_memory.h"
 #include "device/kernel_cache.h"
 #include "device/opencl_api.h"
 
@@ -238,9 +237,6 @@ Buffer Context::allocate(std::size_t bytes) {
     impl_->allocated -= bytes;
   });
   buffer.bytes_ = bytes;
-  if (impl_->info.kind == Kind::cpu && bytes >= huge_pages_from) {
-    fill(buffer, bytes, [bytes](void* host) { ask_for_huge_pages(host, bytes); });
-  }
   return buffer;
 }
 

@@ -26,8 +26,8 @@ class Drawing {
  public:
   explicit Drawing(const render::World& world) : world_(world), corners_(world) {
     corners_.geometry();
-    albedo_ = std::make_shared<const std::vector<render::Colour>>(
-        render::albedo_below(world.objects()[0]));
+    below_ =
+        std::make_shared<const render::BelowSurface>(render::below_surface(world.objects()[0]));
   }
 
   /// Processor time [ms].
@@ -38,7 +38,7 @@ class Drawing {
     render::LiveAnswer answer;
     answer.exitance = {{exitance, {}}};
     answer.surface = {
-        {object.boundary, object.roughness, albedo_, render::arriving_on(world_, 0, sources)}};
+        {object.boundary, object.roughness, below_, render::arriving_on(world_, 0, sources)}};
     Eigen::Vector4d towards = Eigen::Vector4d::Zero();
     towards.head<3>() = -sources[0]->at(Vector3d::Zero()).direction;
     answer.sources = {towards};
@@ -49,7 +49,7 @@ class Drawing {
  private:
   const render::World& world_;
   render::LitCorners corners_;
-  std::shared_ptr<const std::vector<render::Colour>> albedo_;
+  std::shared_ptr<const render::BelowSurface> below_;
 };
 
 /// From a stroke of the brush to the corrected picture, processor time by what it went to and time
