@@ -253,9 +253,8 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
     }
     bench.update(grid_name(spec.shape));
     const Problem problem(spec, bench.device);
-    std::vector<Sample> samples =
-        measure_grid_solver(problem, bench.device, Precision::single_precision, patterns, {1e-6},
-                            large ? 1 : bench.repetitions);
+    std::vector<Sample> samples = measure_grid_solver(
+        problem, bench.device, Precision::single_precision, patterns, {1e-6}, bench.repetitions);
     if (bench.peers && !large && patterns > 1) {
       add(samples, run_peer(problem, 1, {1e-6}, 1, bench.exchange).samples);
     }

@@ -90,9 +90,11 @@ class Devices(unittest.TestCase):
     def test_marble_is_taken_from_the_samples_measured_beside(self):
         with tempfile.TemporaryDirectory() as folder:
             pathlib.Path(folder, "inverse-samples.json").write_text(
-                '{"rows": [{"sample": "marble", "device": "g", "seconds": 6.0, "grid": [2, 3, 4]}]}')
-            self.assertEqual(self.lines([self.row("host", 2.0)], folder)[1],
-                             "| fit of marble, RGB | 2 × 3 × 4 |  | 6 s (g) | ≤ 5 s | missed |")
+                '{"size": "full", "rows": [{"sample": "marble", "seconds": 6.0, "grid": [2, 3, 4]}]}')
+            self.assertEqual(self.lines([self.row("host", 2.0), self.row("CPU", 1.0)], folder)[1],
+                             "| fit of marble, RGB | 2 × 3 × 4 |  | 6 s | – | ≤ 5 s | not measured |")
+            self.assertEqual(self.lines([self.row("GPU", 2.0), self.row("CPU", 1.0)], folder)[1],
+                             "| fit of marble, RGB | 2 × 3 × 4 |  | 6 s | – | ≤ 5 s | missed |")
 
 
 class Pages(unittest.TestCase):
