@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/process_memory.h"
 #include "device/kernel_cache.h"
 #include "device/opencl_api.h"
 
