@@ -20,6 +20,9 @@ struct ProcessResult {
 /// Runs a shell command to its end.
 ProcessResult run_process(const std::string& shell_command);
 
+/// Before a command of run_process(): a screen of its own. Needs Xvfb.
+inline const std::string on_a_screen = KAPPAMU_SOURCE_DIR "/tests/app/with_screen.sh ";
+
 /// How the line begins that tells of kernels being built.
 inline constexpr const char* build_notice = "kappamu: building OpenCL kernels";
 

@@ -19,8 +19,8 @@ class ViewCommand : public TemporaryFolderTest {
  protected:
   void SetUp() override {
     TemporaryFolderTest::SetUp();
-    if (run_process("command -v xvfb-run").exit_code != 0) {
-      GTEST_SKIP() << "xvfb-run is not there: the window is not tested";
+    if (run_process("command -v Xvfb").exit_code != 0) {
+      GTEST_SKIP() << "Xvfb is not there: the window is not tested";
     }
     const nlohmann::json scene{
         {"format", "kappamu-scene"},
@@ -40,7 +40,7 @@ class ViewCommand : public TemporaryFolderTest {
   }
 
   ProcessResult view(const std::string& script, const std::string& options = "",
-                     const std::string& display = "xvfb-run -a ") const {
+                     const std::string& display = on_a_screen) const {
     io::write_text_atomically(folder() / "script.txt", script);
     return run_process(display + KAPPAMU_PROGRAM " --json view " + path("scene.json") +
                        " --script " + path("script.txt") + " -o " + folder().string() + options);

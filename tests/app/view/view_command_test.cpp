@@ -71,7 +71,7 @@ TEST_F(ViewCommand, ScriptsDeformObjects) {
   list("much.json", 360);
   const auto viewed = [&](const std::string& script) {
     io::write_text_atomically(folder() / "script.txt", script);
-    return run_process("xvfb-run -a " KAPPAMU_PROGRAM " --json view " + path("rod.json") +
+    return run_process(on_a_screen + KAPPAMU_PROGRAM " --json view " + path("rod.json") +
                        " --script " + path("script.txt") + " -o " + folder().string());
   };
   const ProcessResult result = viewed(
@@ -329,8 +329,8 @@ TEST_F(AsRender, HasNoDarkPixelsAlongContours) {
 TEST_F(ViewCommand, ShowsARunsPhotographs) {
   const auto viewed = [&](const std::string& script) {
     io::write_text_atomically(folder() / "script.txt", script);
-    return run_process("xvfb-run -a " KAPPAMU_PROGRAM " view " + tiny_run().string() +
-                       " --script " + path("script.txt") + " -o " + folder().string());
+    return run_process(on_a_screen + KAPPAMU_PROGRAM " view " + tiny_run().string() + " --script " +
+                       path("script.txt") + " -o " + folder().string());
   };
   const ProcessResult result = viewed("screenshot plain.png\nphotograph 1\nscreenshot shown.png\n");
   if (result.standard_error.find("built without its window") != std::string::npos) {

@@ -306,7 +306,7 @@ TEST_F(ViewEdits, KilledLeavesAWholeRecipeAndVolume) {
             "\nkill -KILL $window || exit 8; wait $window\ncp -r edited left-" + moment + "\n";
   }
   io::write_text_atomically(folder() / "kill.sh", kill + "exit 0\n");
-  ASSERT_EQ(run_process("xvfb-run -a sh " + path("kill.sh")).exit_code, 0);
+  ASSERT_EQ(run_process(on_a_screen + "sh " + path("kill.sh")).exit_code, 0);
   for (const std::string& moment : moments) {
     const std::filesystem::path left = folder() / ("left-" + moment);
     EXPECT_GE(json::parse(io::read_text(left / "recipe.json"))["edits"].size(), 1U) << moment;
