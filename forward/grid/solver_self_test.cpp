@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "core/numbers/relative_difference.h"
 #include "core/shown_text.h"
 #include "device/self_test.h"
 #include "forward/grid/opencl/opencl_solver.h"
@@ -51,15 +52,6 @@ Answers solve_case(GridSolver& solver, int patterns, double tolerance) {
     answers.products.insert(answers.products.end(), v->begin(), v->end());
   }
   return answers;
-}
-
-double relative_difference(const Values& a, const Values& b) {
-  double difference = 0.0, norm = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference += (a[i] - b[i]) * (a[i] - b[i]);
-    norm += b[i] * b[i];
-  }
-  return std::sqrt(difference / norm);
 }
 
 Verdict compare(device::Context& context, Precision precision, int lanes) {

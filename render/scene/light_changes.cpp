@@ -18,6 +18,16 @@ struct ChangeableFields {
   Colour *irradiance = nullptr, *radiance = nullptr;
 };
 
+/// Calls visit(field of a change, field of a light, name) for all of them.
+template <class Visit>
+void for_fields(const Visit& visit) {
+  visit(&LightChange::position_mm, &ChangeableFields::position_mm, "position_mm");
+  visit(&LightChange::direction, &ChangeableFields::direction, "direction");
+  visit(&LightChange::turn_deg, &ChangeableFields::turn_deg, "turn_deg");
+  visit(&LightChange::irradiance, &ChangeableFields::irradiance, "irradiance");
+  visit(&LightChange::radiance, &ChangeableFields::radiance, "radiance");
+}
+
 ChangeableFields fields_of(Light& light) {
   ChangeableFields fields;
   const auto stands = [&](PointLight& point) {
@@ -81,17 +91,12 @@ LightChanges light_changes(const std::vector<Light>& before, const std::vector<L
     const ChangeableFields was = fields_of(one), is = fields_of(other);
     LightChange change;
     change.light = i;
-    const auto note = [](const auto* old, const auto* now, auto& to) {
-      if (now == nullptr) return;
-      using Value = typename std::decay_t<decltype(to)>::value_type;
-      const Value was_value(*old), value(*now);
-      if (was_value != value) to = value;
-    };
-    note(was.position_mm, is.position_mm, change.position_mm);
-    note(was.direction, is.direction, change.direction);
-    note(was.turn_deg, is.turn_deg, change.turn_deg);
-    note(was.irradiance, is.irradiance, change.irradiance);
-    note(was.radiance, is.radiance, change.radiance);
+    for_fields([&](auto of_change, auto of_light, const char* /*name*/) {
+      if (is.*of_light == nullptr) return;
+      using Value = typename std::decay_t<decltype(change.*of_change)>::value_type;
+      const Value was_value(*(was.*of_light)), value(*(is.*of_light));
+      if (was_value != value) change.*of_change = value;
+    });
     if (!change.empty()) changes.push_back(change);
   }
   return changes;
@@ -106,19 +111,14 @@ void change_lights(const LightChanges& changes, const std::string& origin,
                        "; take it out of 'lights'");
     }
     const ChangeableFields fields = fields_of(lights[change.light]);
-    const auto set = [&](const auto& value, auto* to, const char* field) {
-      if (!value) return;
-      if (to == nullptr) {
+    for_fields([&](auto of_change, auto of_light, const char* field) {
+      if (!(change.*of_change)) return;
+      if (fields.*of_light == nullptr) {
         throw InputError(name + " is of a kind that has no '" + field +
                          "'; take that out of 'lights'");
       }
-      *to = *value;
-    };
-    set(change.position_mm, fields.position_mm, "position_mm");
-    set(change.direction, fields.direction, "direction");
-    set(change.turn_deg, fields.turn_deg, "turn_deg");
-    set(change.irradiance, fields.irradiance, "irradiance");
-    set(change.radiance, fields.radiance, "radiance");
+      *(fields.*of_light) = *(change.*of_change);
+    });
   }
 }
 
@@ -127,17 +127,13 @@ void expect_agreement(const LightChanges& changes, const std::string& origin,
   for (const LightChange& change : changes) {
     for (const LightChange& other : others) {
       if (other.light != change.light) continue;
-      const auto expect_same = [&](const auto& value, const auto& otherwise, const char* field) {
+      for_fields([&](auto of_change, auto /*of_light*/, const char* field) {
+        const auto &value = change.*of_change, &otherwise = other.*of_change;
         if (!value || !otherwise || *value == *otherwise) return;
         throw InputError(origin + ": light " + std::to_string(change.light + 1) + ": '" + field +
                          "' is another one in " + other_origin +
                          "; write one value, or take it out of 'lights' of one of the two");
-      };
-      expect_same(change.position_mm, other.position_mm, "position_mm");
-      expect_same(change.direction, other.direction, "direction");
-      expect_same(change.turn_deg, other.turn_deg, "turn_deg");
-      expect_same(change.irradiance, other.irradiance, "irradiance");
-      expect_same(change.radiance, other.radiance, "radiance");
+      });
     }
   }
 }

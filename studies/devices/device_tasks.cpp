@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "core/error.h"
 #include "core/mesh/shapes.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
@@ -369,16 +368,6 @@ const std::vector<NamedTask>& device_tasks() {
                                           {"polygrid", polygrid}, {"hierarchy", hierarchy},
                                           {"montecarlo", photons}};
   return all;
-}
-
-double relative_difference(const std::vector<double>& a, const std::vector<double>& b) {
-  check(a.size() == b.size(), "relative_difference: equal sizes");
-  double difference = 0.0, norm = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference += (a[i] - b[i]) * (a[i] - b[i]);
-    norm += b[i] * b[i];
-  }
-  return std::sqrt(difference / norm);
 }
 
 }  // namespace kappamu::studies

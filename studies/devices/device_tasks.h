@@ -54,7 +54,4 @@ struct NamedTask {
 /// In the order they are measured.
 const std::vector<NamedTask>& device_tasks();
 
-/// Relative 2-norm of a − b, over b's.
-double relative_difference(const std::vector<double>& a, const std::vector<double>& b);
-
 }  // namespace kappamu::studies

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/numbers/relative_difference.h"
 #include "device/context.h"
 #include "studies/devices/device_tasks.h"
 #include "studies/devices/devices_bench.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/numbers/relative_difference.h"
 #include "embedded_test_tools.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/grid/grid_solver.h"
@@ -76,15 +77,6 @@ int triangle_at(bool upper, double x, double y) {
   const int u = static_cast<int>(x), v = static_cast<int>(y);
   return (4 + (upper ? 1 : 0)) * 2 * squares * squares + 2 * (u * squares + v) +
          (y - v > x - u ? 1 : 0);
-}
-
-double relative_difference(const Values& a, const Values& b) {
-  double difference = 0.0, norm = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) {
-    difference += (a[k] - b[k]) * (a[k] - b[k]);
-    norm += b[k] * b[k];
-  }
-  return std::sqrt(difference / norm);
 }
 
 TEST(EmbeddedGrid, ABlockOffTheGridAgreesWithTheGrid) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/numbers/relative_difference.h"
 #include "device/device_info.h"
 #include "embedded_test_tools.h"
 #include "forward/embedded/discretisation.h"
@@ -54,15 +55,6 @@ struct System {
     return triangle_means(d.mesh, d.space(), x, mesh.triangles.size());
   }
 };
-
-double relative_difference(const std::vector<double>& a, const std::vector<double>& b) {
-  double difference = 0.0, norm = 0.0;
-  for (std::size_t u = 0; u < a.size(); ++u) {
-    difference += (a[u] - b[u]) * (a[u] - b[u]);
-    norm += b[u] * b[u];
-  }
-  return std::sqrt(difference / norm);
-}
 
 void expect_equal(const System& system, const std::vector<Load>& loads,
                   std::optional<std::size_t> slice = {}) {

@@ -7,11 +7,13 @@
 #include <vector>
 
 #include "core/numbers/dot.h"
+#include "core/numbers/relative_difference.h"
 #include "forward/grid/grid_solver.h"
 
 namespace kappamu::forward::testing {
 
 using Values = std::vector<double>;
+using kappamu::relative_difference;
 
 inline Values random_values(std::size_t count, double low, double high, unsigned seed) {
   std::mt19937 generator(seed);
@@ -35,12 +37,6 @@ inline Coefficients random_medium(const GridShape& shape, double contrast, unsig
 
 inline double norm(const Values& a) {
   return std::sqrt(dot(a, a));
-}
-/// ‖a − b‖ / ‖b‖
-inline double relative_difference(const Values& a, const Values& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
-  return std::sqrt(sum) / norm(b);
 }
 
 inline Values read(const GridSolver& solver, const BatchField& field) {
