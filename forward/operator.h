@@ -58,6 +58,8 @@ struct SeenFaces {
   std::vector<Face> list;
 };
 
+class DeviceMedium;
+
 class DiffusionOperator {
  public:
   virtual ~DiffusionOperator() = default;
@@ -97,6 +99,10 @@ class DiffusionOperator {
   /// twin of add_gradient(): the two are each other's transpose to the solver's tolerance.
   virtual void linearise(const SolvedBatch& at, const CoefficientPair& direction, BatchField& b,
                          std::span<double> exitance_change) const = 0;
+
+  /// Medium and gradients by the memory of the operator's device (device_medium.h); null where they
+  /// go by the host alone.
+  virtual DeviceMedium* on_device() { return nullptr; }
 };
 
 struct MadeOperator {

@@ -1,10 +1,13 @@
 // A block's grid as a DiffusionOperator: light on one face, exitance of one face or of several.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/error.h"
+#include "core/numbers/elementary.h"
 #include "core/parallel.h"
+#include "forward/device_medium.h"
 #include "forward/grid/derivatives.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/grid_solver.h"
@@ -17,7 +20,7 @@ namespace {
 /// Pixels of the seen face that a thread sums over the patterns at once.
 constexpr std::size_t seen_at_once = 4096;
 
-class GridOperator final : public DiffusionOperator {
+class GridOperator final : public DiffusionOperator, DeviceMedium {
  public:
   GridOperator(std::unique_ptr<GridSolver> solver, const SeenFaces& seen)
       : solver_(std::move(solver)),
@@ -39,8 +42,7 @@ class GridOperator final : public DiffusionOperator {
 
   void set_medium(std::vector<double> kappa, std::vector<double> mu) override {
     solver_->set_medium(kappa, mu);
-    kappa_ = std::move(kappa);
-    mu_ = std::move(mu);
+    host_medium_ = {std::move(kappa), std::move(mu)};
   }
   std::unique_ptr<BatchField> make_field(int patterns) const override {
     return solver_->make_field(patterns);
@@ -61,7 +63,37 @@ class GridOperator final : public DiffusionOperator {
   void linearise(const SolvedBatch& at, const CoefficientPair& direction, BatchField& b,
                  std::span<double> exitance_change) const override;
 
+  forward::DeviceMedium* on_device() override { return solver_->on_device() ? this : nullptr; }
+  device::Context& context() const override { return solver_->on_device()->context(); }
+  void set(const device::Buffer& logs) override {
+    solver_->on_device()->set_medium(logs);
+    host_medium_.reset();
+  }
+  void add_gradient(const SolvedBatch& at, const BatchField& lambda,
+                    std::span<const double> weights,
+                    const device::Buffer& gradient) const override {
+    solver_->on_device()->add_gradient(lambda, at.phi, at.light, seen_, observed(at, weights),
+                                       gradient);
+  }
+
  private:
+  /// κ [mm] and μ [1/mm] on the host.
+  struct HostMedium {
+    std::vector<double> kappa, mu;
+  };
+  const HostMedium& medium() const {
+    if (!host_medium_) {
+      CoefficientPair logs = solver_->on_device()->medium();
+      for (std::vector<double>* values : {&logs.log_kappa, &logs.log_mu}) {
+        for_ranges(values->size(), [&](std::size_t begin, std::size_t end) {
+          exponentiate({values->data() + begin, end - begin});
+        });
+      }
+      host_medium_ = {std::move(logs.log_kappa), std::move(logs.log_mu)};
+    }
+    return *host_medium_;
+  }
+  std::vector<double> observed(const SolvedBatch& at, std::span<const double> weights) const;
   const GridSetup& setup() const { return solver_->setup(); }
   bool is_lit(Face face) const { return face == setup().lit_face; }
   /// The part of the exitance of datum `i` that a conductance multiplies.
@@ -77,7 +109,7 @@ class GridOperator final : public DiffusionOperator {
   std::size_t pixels_;  ///< of one of them
   std::vector<double>
       apart_;  ///< of their exitance, per irradiance: what no conductance multiplies
-  std::vector<double> kappa_, mu_;
+  mutable std::optional<HostMedium> host_medium_ = HostMedium{};  ///< none: the device's, not read
 };
 
 void GridOperator::exitance(const BatchField& phi, std::span<const double> light,
@@ -120,7 +152,7 @@ void GridOperator::load_transpose(const BatchField& lambda, std::span<double> li
   solver_->read(lambda, fields);
   const bool beam = setup().source == SourceModel::first_collision;
   const std::vector<double> scattered =
-      beam ? beam_fate(setup(), kappa_, mu_).scattered : std::vector<double>();
+      beam ? beam_fate(setup(), medium().kappa, medium().mu).scattered : std::vector<double>();
   const double entered = area * solver_->constants().normal_transmittance;
   const double q = boundary_q_per_irradiance(setup(), solver_->constants());
   for (std::size_t m = 0; m < static_cast<std::size_t>(lambda.patterns()); ++m) {
@@ -135,7 +167,7 @@ void GridOperator::load_transpose(const BatchField& lambda, std::span<double> li
         if (!beam) {
           const std::size_t i = face_cell(shape, setup().lit_face, u, v);
           const RobinFace robin{shape.voxel_mm, solver_->constants().A};
-          sum = robin.conductance(kappa_[i]) * q * of_pattern[i];
+          sum = robin.conductance(medium().kappa[i]) * q * of_pattern[i];
         }
         light[m * face.cells() + static_cast<std::size_t>(v) * face.nu + u] = sum;
       }
@@ -143,25 +175,33 @@ void GridOperator::load_transpose(const BatchField& lambda, std::span<double> li
   }
 }
 
-void GridOperator::add_gradient(const SolvedBatch& at, const BatchField& lambda,
-                                std::span<const double> weights, CoefficientPair& gradient) const {
+/// AdjointSums::observed.
+std::vector<double> GridOperator::observed(const SolvedBatch& at,
+                                           std::span<const double> weights) const {
   const std::size_t seen = exitance_size();
-  AdjointSums sums{solver_->pair_products(lambda, at.phi),
-                   solver_->column_products(lambda, at.light), std::vector<double>(seen, 0.0)};
+  std::vector<double> sums(seen, 0.0);
   for_pieces(seen, seen_at_once, [&](std::size_t, std::size_t first, std::size_t last) {
     for (std::size_t pattern = 0; pattern < weights.size(); pattern += seen) {
       for (std::size_t s = first; s < last; ++s) {
-        sums.observed[s] += weights[pattern + s] * conducted(at, pattern + s);
+        sums[s] += weights[pattern + s] * conducted(at, pattern + s);
       }
     }
   });
-  forward::add_gradient(setup(), solver_->constants(), seen_, kappa_, mu_, sums, gradient);
+  return sums;
+}
+
+void GridOperator::add_gradient(const SolvedBatch& at, const BatchField& lambda,
+                                std::span<const double> weights, CoefficientPair& gradient) const {
+  const AdjointSums sums{solver_->pair_products(lambda, at.phi),
+                         solver_->column_products(lambda, at.light), observed(at, weights)};
+  forward::add_gradient(setup(), solver_->constants(), seen_, medium().kappa, medium().mu, sums,
+                        gradient);
 }
 
 void GridOperator::linearise(const SolvedBatch& at, const CoefficientPair& direction, BatchField& b,
                              std::span<double> exitance_change) const {
-  const Tangent tangent =
-      forward::linearise(setup(), solver_->constants(), seen_, kappa_, mu_, direction);
+  const Tangent tangent = forward::linearise(setup(), solver_->constants(), seen_, medium().kappa,
+                                             medium().mu, direction);
   solver_->change_source(tangent.equations, at.phi, at.light, b);
   const std::size_t seen = exitance_size();
   for (std::size_t i = 0; i < exitance_change.size(); ++i) {

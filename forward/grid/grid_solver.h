@@ -22,6 +22,11 @@
 #include "core/optics.h"
 #include "forward/operator.h"
 
+namespace kappamu::device {
+class Buffer;
+class Context;
+}  // namespace kappamu::device
+
 namespace kappamu::forward {
 
 /// Sums over patterns of products of two fields; what a gradient is assembled from
@@ -41,6 +46,24 @@ struct EquationsChange {
   std::vector<double> face_z;    ///< the same towards +z
   std::vector<double> diagonal;  ///< δ(μ h³ + Σ_b G_b) [mm²]
   std::vector<double> source;  ///< δb per irradiance of the voxel's column on the lit face [mm²]
+};
+
+/// Medium and gradient of a solver in the memory of its device; pairs of fields as in
+/// forward/device_medium.h.
+class GridOnDevice {
+ public:
+  virtual ~GridOnDevice() = default;
+
+  virtual device::Context& context() const = 0;
+  virtual void set_medium(const device::Buffer& logs) = 0;
+  /// As set.
+  virtual CoefficientPair medium() const = 0;
+  /// Adds what forward::add_gradient() (derivatives.h) makes of the sums of λ and φ under
+  /// `irradiance` and of `observed`.
+  virtual void add_gradient(const BatchField& lambda, const BatchField& phi,
+                            std::span<const double> irradiance, std::span<const Face> seen,
+                            std::span<const double> observed,
+                            const device::Buffer& gradient) const = 0;
 };
 
 class GridSolver {
@@ -98,6 +121,9 @@ class GridSolver {
   /// b = δb − δA φ, the right-hand side of A δφ; `irradiance` [pattern][v][u] on the lit face.
   virtual void change_source(const EquationsChange& change, const BatchField& phi,
                              std::span<const double> irradiance, BatchField& b) const = 0;
+
+  /// Null where medium and gradients go by the host alone.
+  virtual GridOnDevice* on_device() { return nullptr; }
 };
 
 /// The solver's equations as an inverse problem sees them: light on the setup's lit face, exitance

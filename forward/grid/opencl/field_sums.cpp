@@ -1,7 +1,5 @@
 #include "forward/grid/opencl/field_sums.h"
 
-#include <array>
-
 #include "core/error.h"
 #include "core/parallel.h"
 #include "forward/grid/opencl/face_index.h"
@@ -35,21 +33,27 @@ std::vector<double> FieldSums::read(const device::Buffer& sums) const {
   return values;
 }
 
-PairProducts FieldSums::pair_products(const OpenclField& lambda, const OpenclField& phi) const {
+std::array<device::Buffer, 4> FieldSums::products(const OpenclField& lambda,
+                                                  const OpenclField& phi) const {
   check(lambda.total == phi.total, "pair_products: fields of different batches");
   const GridShape& s = setup_.shape;
-  const std::array<device::Buffer, 4> sums{zeros(), zeros(), zeros(), zeros()};
+  std::array<device::Buffer, 4> sums{zeros(), zeros(), zeros(), zeros()};
   for (std::size_t i = 0; i < lambda.blocks.size(); ++i) {
     context_.launch(kernels_(lambda.blocks[i].lanes).common(), "pair_products",
                     kernels_(lambda.blocks[i].lanes).scalar_rows(s), s.nx, s.ny, s.nz,
                     lambda.blocks[i].values, phi.blocks[i].values, sums[0], sums[1], sums[2],
                     sums[3]);
   }
+  return sums;
+}
+
+PairProducts FieldSums::pair_products(const OpenclField& lambda, const OpenclField& phi) const {
+  const std::array<device::Buffer, 4> sums = products(lambda, phi);
   return {read(sums[0]), read(sums[1]), read(sums[2]), read(sums[3])};
 }
 
-std::vector<double> FieldSums::column_products(const OpenclField& lambda,
-                                               std::span<const double> irradiance) const {
+device::Buffer FieldSums::columns(const OpenclField& lambda,
+                                  std::span<const double> irradiance) const {
   const GridShape& s = setup_.shape;
   const std::size_t samples = face_shape(s, setup_.lit_face).cells();
   check(irradiance.size() == samples * static_cast<std::size_t>(lambda.total),
@@ -62,7 +66,12 @@ std::vector<double> FieldSums::column_products(const OpenclField& lambda,
                     kernels_(block.lanes).scalar_rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
                     block.values, light.values, sum);
   }
-  return read(sum);
+  return sum;
+}
+
+std::vector<double> FieldSums::column_products(const OpenclField& lambda,
+                                               std::span<const double> irradiance) const {
+  return read(columns(lambda, irradiance));
 }
 
 std::vector<double> FieldSums::weighted_sums(const OpenclField& phi,

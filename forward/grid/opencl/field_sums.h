@@ -2,6 +2,7 @@
 // are made of. GridSolver's functions of the same names (grid_solver.h).
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,10 @@ class FieldSums {
  public:
   FieldSums(device::Context& context, const Format& format, const GridSetup& setup,
             TrustedKernels& kernels, device::BufferPool& pool);
+
+  /// Σ_m λ_i φ_i and the sums across faces towards +x, +y, +z, in the device's accumulators.
+  std::array<device::Buffer, 4> products(const OpenclField& lambda, const OpenclField& phi) const;
+  device::Buffer columns(const OpenclField& lambda, std::span<const double> irradiance) const;
 
   PairProducts pair_products(const OpenclField& lambda, const OpenclField& phi) const;
   std::vector<double> column_products(const OpenclField& lambda,

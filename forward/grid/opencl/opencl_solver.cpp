@@ -9,6 +9,7 @@
 #include "core/processor_time.h"
 #include "device/buffer_pool.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/grid/opencl/device_gradient.h"
 #include "forward/grid/opencl/face_index.h"
 #include "forward/grid/opencl/field_sums.h"
 #include "forward/grid/opencl/multigrid/batched_cg.h"
@@ -52,6 +53,7 @@ class OpenclSolver final : public GridSolver {
                            options.most_lanes.value_or(full_lanes));
     hierarchy_.emplace(context_, format_, layout_, setup_, constants_.A);
     deposit_ = context_.allocate(cells() * format_.real_bytes());
+    if (context_.info().fp64) on_device_.emplace(*this);
   }
 
   const GridSetup& setup() const override { return setup_; }
@@ -62,10 +64,7 @@ class OpenclSolver final : public GridSolver {
 
   void set_medium(std::span<const double> kappa, std::span<const double> mu) override {
     validate_medium(setup_.shape, kappa, mu);
-    if (hierarchy_->set_medium(kappa, mu)) cg_.reset();
-    if (setup_.source == SourceModel::first_collision) {
-      deposit_beam();
-    }
+    medium_has_changed(hierarchy_->set_medium(kappa, mu));
   }
 
   std::unique_ptr<BatchField> make_field(int patterns) const override {
@@ -177,8 +176,37 @@ class OpenclSolver final : public GridSolver {
   }
   void change_source(const EquationsChange& change, const BatchField& phi,
                      std::span<const double> irradiance, BatchField& b) const override;
+  GridOnDevice* on_device() override { return on_device_ ? &*on_device_ : nullptr; }
 
  private:
+  /// Medium and gradient in the memory of the device.
+  class OnDevice final : public GridOnDevice {
+   public:
+    explicit OnDevice(OpenclSolver& solver)
+        : solver_(solver),
+          gradient_(solver.context_, solver.format_, solver.setup_, solver.constants_) {}
+
+    device::Context& context() const override { return solver_.context_; }
+    void set_medium(const device::Buffer& logs) override {
+      gradient_.set_coefficients(logs, solver_.hierarchy_->kappa(), solver_.hierarchy_->mu());
+      solver_.medium_has_changed(solver_.hierarchy_->assemble());
+    }
+    CoefficientPair medium() const override { return gradient_.medium(); }
+    void add_gradient(const BatchField& lambda, const BatchField& phi,
+                      std::span<const double> irradiance, std::span<const Face> seen,
+                      std::span<const double> observed,
+                      const device::Buffer& gradient) const override {
+      const FieldSums& sums = solver_.sums_;
+      const OpenclField& adjoint = solver_.to_read(lambda);
+      gradient_.add(sums.products(adjoint, solver_.to_read(phi)), sums.columns(adjoint, irradiance),
+                    seen, observed, gradient);
+    }
+
+   private:
+    OpenclSolver& solver_;
+    DeviceGradient gradient_;
+  };
+
   std::size_t cells() const { return setup_.shape.cells(); }
   double voxel_area() const { return setup_.shape.voxel_mm * setup_.shape.voxel_mm; }
   std::size_t field_bytes(const Block& block) const {
@@ -191,6 +219,10 @@ class OpenclSolver final : public GridSolver {
       if (own.zero) context_.zero(block.values, field_bytes(block));
     }
     return own;
+  }
+  void medium_has_changed(bool levels) {
+    if (levels) cg_.reset();
+    if (setup_.source == SourceModel::first_collision) deposit_beam();
   }
   void need_medium() const {
     check(hierarchy_->has_medium(), "set_medium must come before the first use of the solver");
@@ -286,6 +318,7 @@ class OpenclSolver final : public GridSolver {
   mutable device::BufferPool pool_;
   FieldSums sums_;
   mutable std::optional<BatchedCg> cg_;
+  std::optional<OnDevice> on_device_;
 };
 
 SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,

@@ -159,18 +159,22 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
 bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double> mu) {
   upload(context_, format_, kappa, kappa_);
   upload(context_, format_, mu, mu_);
+  return assemble();
+}
+
+bool Hierarchy::assemble() {
   const Level& level = levels_.front();
   const GridShape& s = level.shape;
-  const auto assemble = [&](auto h, auto A) {
+  const auto finest = [&](auto h, auto A) {
     context_.launch(program_, "assemble", scalar_rows(layout_, s), s.nx, s.ny, s.nz, h, A,
                     int{is_open(setup_, Face::x_minus)}, int{is_open(setup_, Face::y_minus)},
                     int{is_open(setup_, Face::z_minus)}, kappa_, mu_, level.gx, level.gy, level.gz,
                     level.sink);
   };
   if (format_.single) {
-    assemble(static_cast<float>(s.voxel_mm), static_cast<float>(robin_A_));
+    finest(static_cast<float>(s.voxel_mm), static_cast<float>(robin_A_));
   } else {
-    assemble(s.voxel_mm, robin_A_);
+    finest(s.voxel_mm, robin_A_);
   }
   bool changed = false;
   for (std::size_t l = 0; l < levels_.size(); ++l) {

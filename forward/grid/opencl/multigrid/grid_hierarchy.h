@@ -43,8 +43,10 @@ class Hierarchy {
 
   /// Returns whether the levels' shapes have changed: work space made for them is then void.
   bool set_medium(std::span<const double> kappa, std::span<const double> mu);
+  /// The same of what kappa() and mu() hold.
+  bool assemble();
   bool has_medium() const { return has_medium_; }
-  /// κ and μ as set, [z][y][x]
+  /// κ and μ, [z][y][x]
   const device::Buffer& kappa() const { return kappa_; }
   const device::Buffer& mu() const { return mu_; }
   const std::vector<Level>& levels() const { return levels_; }

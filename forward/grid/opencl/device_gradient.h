@@ -1,0 +1,44 @@
+// A medium from logarithms that the device holds, and the gradient by them, which stays there:
+// derivatives.h by kernels (grid_gradient.cl). For devices with double precision.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "device/buffer_pool.h"
+#include "device/context.h"
+#include "forward/grid/grid_solver.h"
+#include "forward/grid/opencl/kernels/grid_kernels.h"
+
+namespace kappamu::forward {
+
+class DeviceGradient {
+ public:
+  DeviceGradient(device::Context& context, const Format& format, const GridSetup& setup,
+                 const BoundaryConstants& constants);
+
+  /// κ and μ in the solver's numbers. Keeps the logarithms.
+  void set_coefficients(const device::Buffer& logs, const device::Buffer& kappa,
+                        const device::Buffer& mu);
+  /// The logarithms kept.
+  CoefficientPair medium() const;
+
+  /// `products` and `columns` are FieldSums' of the medium; `observed` is AdjointSums'.
+  void add(const std::array<device::Buffer, 4>& products, const device::Buffer& columns,
+           std::span<const Face> seen, std::span<const double> observed,
+           const device::Buffer& gradient) const;
+
+ private:
+  void add_entry(const device::Buffer& columns, const device::Buffer& gradient) const;
+  void add_beam(const device::Buffer& columns, const device::Buffer& gradient) const;
+  std::size_t bytes() const { return 2 * setup_.shape.cells() * sizeof(double); }
+
+  device::Context& context_;
+  Format format_;
+  GridSetup setup_;
+  BoundaryConstants constants_;
+  device::Buffer logs_;
+  mutable device::BufferPool pool_;
+};
+
+}  // namespace kappamu::forward
