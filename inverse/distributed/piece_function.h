@@ -1,4 +1,4 @@
-// FitFunction (fit/fit_function.h) of a block cut between ranks: each has a part of the
+// FitFunction (optimise/fit_function.h) of a block cut between ranks: each has a part of the
 // coordinates.
 #pragma once
 

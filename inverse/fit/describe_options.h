@@ -179,8 +179,9 @@ void solver(Solver& options, Visitor& visit) {
         metric_probes);
   visit(Option{"seed", group, "", "", bounds::any, "Of random probes (--seed)"}, seed);
   auto& [device, precision, solve, batch, refined_tolerance, refined_memory_mb, loose_solves,
-         operators] = backend;
+         operators, vectors] = backend;
   static_cast<void>(operators);  // given by a program, not by a user
+  static_cast<void>(vectors);    // likewise
   visit(Option{"device", group, "", "", bounds::any, "Part of an OpenCL device's name (--device)"},
         device);
   visit(Option{"precision", group, "--precision", "", bounds::any,

@@ -80,7 +80,7 @@ struct FitRun {
   void warn(const std::string& sentence);
   /// Adds what checks and searches beside the objective cost.
   void count(const SolveCount& solves);
-  /// A record of the history, `fields` on the open grid.
+  /// A record of the history; `fields` on the open grid are for the observer alone.
   void record(StepRecord step, const CoefficientPair& fields);
   /// So that a killed fit goes on from here; `stage` is that of the weight, none at the end.
   void save(const StageState& stage = {});

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "inverse/fit/fit_function.h"
 #include "inverse/fit/fit_run.h"
 #include "inverse/fit/path_rules.h"
 #include "inverse/optimise/basis.h"
+#include "inverse/optimise/fit_function.h"
 
 namespace kappamu::inverse {
 
@@ -28,7 +28,7 @@ void repeat_weight(FitRun& run, Stage& stage);
 /// The run's weight as it was when `saved`, by the r it then had, which the objective has. Throws
 /// InternalError where no metric can be made of it.
 void restore_weight(FitRun& run, Stage& stage, StageState saved);
-/// From the newest checkpoint that can be used (fit_state.cpp): grid, r and `stage` are what they
+/// From the newest checkpoint that can be used (resume.cpp): grid, r and `stage` are what they
 /// were, to the same bits and counts; false where there is none. What could not be used is
 /// reported.
 bool resume(FitRun& run, Stage& stage);

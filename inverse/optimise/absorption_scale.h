@@ -14,6 +14,8 @@ class AbsorptionScale {
   AbsorptionScale() = default;
   /// μ₀ = `mu` [1/mm].
   explicit AbsorptionScale(double mu) : mu_(mu) {}
+  /// μ₀ [1/mm]; 0: w is log μ itself.
+  double mu() const { return mu_; }
 
   /// (log κ, w) from (log κ, log μ), and back.
   CoefficientPair from_fields(CoefficientPair fields) const;

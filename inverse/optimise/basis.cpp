@@ -128,11 +128,15 @@ Vector Basis::gradient(const CoefficientPair& by_field) const {
   return coordinates_of(by_field, Factor::solve_transposed);
 }
 
-Eigen::MatrixXd Basis::inverse_of(int bin) const {
+Eigen::MatrixXd Basis::inverse_factor(int bin) const {
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(waves_->rows(), waves_->rows());
   factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);
-  inverse *= inverse.transpose().eval();
   return inverse;
+}
+
+Eigen::MatrixXd Basis::inverse_of(int bin) const {
+  const Eigen::MatrixXd factor = inverse_factor(bin);
+  return factor * factor.transpose();
 }
 
 Eigen::MatrixXd Basis::wave_variances() const {

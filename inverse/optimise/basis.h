@@ -64,6 +64,10 @@ class Basis {
   CoefficientPair gradient_by_field(const Vector& by_z) const;
   /// Covariance B Bᵀ, the approximation of the Hessian's inverse. Of a whole block.
   FieldCovariance covariance() const;
+  /// The waves that z has coefficients of; null where it is voxels.
+  const LateralWaves* waves() const { return waves_.get(); }
+  /// U⁻¹, upper triangular: to_fields() of one bin's waves.
+  Eigen::MatrixXd inverse_factor(int bin) const;
   /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.
   Eigen::MatrixXd wave_variances() const;
   /// tr(B Bᵀ JᵀWJ), JᵀWJ as in `blocks`: how many unknowns the data determine against the

@@ -1,4 +1,4 @@
-#include "inverse/fit/fit_function.h"
+#include "inverse/optimise/fit_function.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,6 @@
 
 #include "core/numbers/dot.h"
 #include "core/parallel.h"
-#include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::inverse {
 
@@ -52,6 +51,16 @@ Vector FitFunction::coordinates(const CoefficientPair& fields) const {
 CoefficientPair FitFunction::fields(const Vector& z) const {
   if (equal(z, start_.z)) return start_.fields;
   return equal(z, here_.z) ? here_.fields : scale_.to_fields(basis_.to_fields(z));
+}
+
+CoefficientPair FitFunction::start_fields(const Vector& z) const {
+  return equal(z, start_.z) ? start_.fields : CoefficientPair{};
+}
+
+void FitFunction::come_to(const Vector& z, CoefficientPair fields) {
+  here_ = {z, std::move(fields)};
+  roughness_ =
+      roughness(objective_.space(), here_.fields, anchor_, regulariser_, std::move(roughness_));
 }
 
 void FitFunction::go_to(const Vector& z) {

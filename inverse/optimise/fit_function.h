@@ -28,6 +28,14 @@ class FitFunction final : public Function {
   double amplitude(const Vector& z, const Vector& direction) override;
   /// Fields of the last value().
   const CoefficientPair& here() const { return here_.fields; }
+  /// Of z; empty where they are not the fields that the optimiser began from.
+  CoefficientPair start_fields(const Vector& z) const;
+  /// The last value() was at z, of these fields, and not this function's (on_device/steps.h).
+  void come_to(const Vector& z, CoefficientPair fields);
+  const Anchor& anchor() const { return anchor_; }
+  double weight() const { return weight_; }
+  const Regulariser& regulariser() const { return regulariser_; }
+  const AbsorptionScale& scale() const { return scale_; }
   double last_roughness() const { return roughness_.value; }
   /// Translates an L-BFGS pair of `before`, the function of the previous weight, to this function:
   /// `change` becomes the change of this gradient along the step. Exact up to three terms: the new

@@ -2,87 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <vector>
+#include <optional>
+#include <utility>
 
-#include "core/numbers/widest.h"
-#include "core/parallel.h"
 #include "inverse/defaults.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Elements of which all vectors are taken in turn: the gradient's and the direction's stay in
-/// caches of the second level.
-constexpr std::size_t block_length = 4096;
-
-constexpr std::size_t in_register = 4;
-// NOLINTNEXTLINE: of numbers in any place, unlike a vector by itself
-typedef double Lanes
-    __attribute__((vector_size(in_register * sizeof(double)), aligned(8), may_alias));
-// NOLINTNEXTLINE
-typedef float Halves
-    __attribute__((vector_size(in_register * sizeof(float)), aligned(4), may_alias));
-
-struct TwoSums {
-  double first = 0.0, second = 0.0;
-};
-
-/// Sums of left · a and of left · b.
-KAPPAMU_WIDEST TwoSums two_products(const float* left, const float* a, const double* b,
-                                    std::size_t count) {
-  Lanes of_a[2] = {}, of_b[2] = {};
-  std::size_t i = 0;
-  for (; i + 2 * in_register <= count; i += 2 * in_register) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      const std::size_t at = i + k * in_register;
-      const Lanes l = __builtin_convertvector(*reinterpret_cast<const Halves*>(left + at), Lanes);
-      of_a[k] += l * __builtin_convertvector(*reinterpret_cast<const Halves*>(a + at), Lanes);
-      of_b[k] += l * *reinterpret_cast<const Lanes*>(b + at);
-    }
-  }
-  const Lanes first = of_a[0] + of_a[1], second = of_b[0] + of_b[1];
-  TwoSums sums{(first[0] + first[1]) + (first[2] + first[3]),
-               (second[0] + second[1]) + (second[2] + second[3])};
-  for (; i < count; ++i) {
-    const auto l = static_cast<double>(left[i]);
-    sums.first += l * static_cast<double>(a[i]);
-    sums.second += l * b[i];
-  }
-  return sums;
-}
-
-/// to += s · step + y · change.
-KAPPAMU_WIDEST void add_pair(double s, const float* step, double y, const float* change, double* to,
-                             std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) {
-    to[i] += s * static_cast<double>(step[i]) + y * static_cast<double>(change[i]);
-  }
-}
-
-KAPPAMU_WIDEST void set_scaled(double factor, const double* from, double* to, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) to[i] = factor * from[i];
-}
-
-/// Calls work(piece, begin, end) for blocks of every piece of a vector, in order within a piece.
-template <class Work>
-void for_blocks(std::size_t size, const Work& work) {
-  for_pieces(size, [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    for (std::size_t at = begin; at < end; at += block_length) {
-      work(piece, at, std::min(end, at + block_length));
-    }
-  });
-}
-
-/// Sums over all pieces, [piece][kind] to [kind], and of all processes.
-std::vector<double> added_up(const Function& function, const std::vector<double>& parts,
-                             std::size_t kinds) {
-  std::vector<double> sums(kinds, 0.0);
-  for (std::size_t i = 0; i < parts.size(); ++i) sums[i % kinds] += parts[i];
-  function.total(sums);
-  return sums;
-}
+using namespace defaults::optimiser;
 
 /// Products of the gradient with steps and changes.
 struct AlongGradient {
@@ -90,64 +19,20 @@ struct AlongGradient {
 };
 
 /// Sets products[k] and returns those of the gradient with the pairs up to k.
-AlongGradient multiply(const Function& function, OptimiserState& state, std::size_t k) {
-  const std::size_t kinds = 4 * (k + 1) + 1;
-  std::vector<double> parts(pieces(state.gradient.size()) * kinds, 0.0);
-  for_blocks(state.gradient.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    double* sum = parts.data() + piece * kinds;
-    const float* const y = state.changes[k].data() + begin;
-    const double* const g = state.gradient.data() + begin;
-    const auto add = [&](const std::vector<float>& left) {
-      const TwoSums sums = two_products(left.data() + begin, y, g, end - begin);
-      *sum++ += sums.first;
-      *sum++ += sums.second;
-    };
-    for (std::size_t j = 0; j <= k; ++j) {
-      add(state.steps[j]);
-      add(state.changes[j]);
-    }
-    const float* const s = state.steps[k].data() + begin;
-    *sum += two_products(s, s, g, end - begin).first;
-  });
-  const std::vector<double> sums = added_up(function, parts, kinds);
+AlongGradient multiply(LbfgsVectors& vectors, std::vector<LbfgsProducts>& products, std::size_t k) {
+  const std::vector<double> sums = vectors.products(k);
   AlongGradient along;
-  LbfgsProducts products;
+  LbfgsProducts own;
   for (std::size_t j = 0; j <= k; ++j) {
-    products.by_step.push_back(sums[4 * j]);
+    own.by_step.push_back(sums[4 * j]);
     along.steps.push_back(sums[4 * j + 1]);
-    products.by_change.push_back(sums[4 * j + 2]);
+    own.by_change.push_back(sums[4 * j + 2]);
     along.changes.push_back(sums[4 * j + 3]);
   }
-  products.step_square = sums.back();
-  state.products.resize(k + 1);
-  state.products[k] = std::move(products);
+  own.step_square = sums.back();
+  products.resize(k + 1);
+  products[k] = std::move(own);
   return along;
-}
-
-/// gradient · g + Σ steps[k] s_k + changes[k] y_k, over all pairs.
-struct Combination {
-  double gradient = -1.0;
-  std::vector<double> steps, changes;
-};
-
-Descent combined(const Function& function, const OptimiserState& state, const Combination& of) {
-  const std::size_t size = state.gradient.size();
-  Descent descent{Vector(size), 0.0};
-  std::vector<double> parts(pieces(size), 0.0);
-  for_blocks(size, [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    double* const to = descent.direction.data() + begin;
-    const double* const g = state.gradient.data() + begin;
-    const std::size_t count = end - begin;
-    set_scaled(of.gradient, g, to, count);
-    for (std::size_t k = 0; k < of.steps.size(); ++k) {
-      if (of.steps[k] == 0.0 && of.changes[k] == 0.0) continue;
-      add_pair(of.steps[k], state.steps[k].data() + begin, of.changes[k],
-               state.changes[k].data() + begin, to, count);
-    }
-    for (std::size_t i = 0; i < count; ++i) parts[piece] += to[i] * g[i];
-  });
-  descent.slope = added_up(function, parts, 1).front();
-  return descent;
 }
 
 /// Pairs whose curvature is positive beyond rounding.
@@ -160,22 +45,58 @@ std::vector<std::size_t> usable_pairs(const std::vector<LbfgsProducts>& products
   return usable;
 }
 
-}  // namespace
-
-Descent steepest_descent(const Function& function, const OptimiserState& state) {
-  return combined(function, state, {});
+/// Length of the first trial: the whole direction, but nothing beyond longest_step.
+double bounded_length(StepVectors& vectors, const OptimiserOptions& options) {
+  return std::min(1.0, options.longest_step / vectors.amplitude());
 }
 
-Descent lbfgs_descent(const Function& function, OptimiserState& state) {
-  const std::size_t pairs = state.steps.size();
-  if (pairs == 0) return steepest_descent(function, state);
-  AlongGradient along;
-  for (std::size_t k = std::min(state.products.size(), pairs - 1); k < pairs; ++k) {
-    along = multiply(function, state, k);
+/// Backtracks from `length` until the decrease is sufficient (Armijo). Returns f there; none after
+/// max_backtracks.
+std::optional<double> backtrack(StepVectors& vectors, double before, double slope, double length,
+                                const OptimiserOptions& options) {
+  for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
+    const double value = vectors.value_at(length);
+    if (value <= before + sufficient_decrease * length * slope) return value;
+    // The parabola through value, slope and the trial, kept within [0.1, 0.5]
+    // of the length.
+    const double curvature = value - before - slope * length;
+    const double best = std::isfinite(curvature) && curvature > 0.0
+                            ? -0.5 * slope * length * length / curvature
+                            : 0.0;
+    length = std::clamp(best, 0.1 * length, 0.5 * length);
   }
-  const std::vector<LbfgsProducts>& products = state.products;
+  return std::nullopt;
+}
+
+void forget_pairs(StepVectors& vectors, std::vector<LbfgsProducts>& products) {
+  vectors.forget_pairs();
+  products.clear();
+}
+
+void forget_oldest_pair(StepVectors& vectors, std::vector<LbfgsProducts>& products) {
+  vectors.forget_oldest_pair();
+  products.erase(products.begin());
+  for (LbfgsProducts& p : products) {
+    p.by_step.erase(p.by_step.begin());
+    p.by_change.erase(p.by_change.begin());
+  }
+}
+
+}  // namespace
+
+double steepest_descent(LbfgsVectors& vectors) {
+  return vectors.set_direction({});
+}
+
+double lbfgs_descent(LbfgsVectors& vectors, std::vector<LbfgsProducts>& products) {
+  const std::size_t pairs = vectors.pairs();
+  if (pairs == 0) return steepest_descent(vectors);
+  AlongGradient along;
+  for (std::size_t k = std::min(products.size(), pairs - 1); k < pairs; ++k) {
+    along = multiply(vectors, products, k);
+  }
   const std::vector<std::size_t> usable = usable_pairs(products);
-  if (usable.empty()) return steepest_descent(function, state);
+  if (usable.empty()) return steepest_descent(vectors);
   const std::size_t count = usable.size();
   std::vector<double> alpha(count), beta(count);
   for (std::size_t k = count; k-- > 0;) {
@@ -203,7 +124,31 @@ Descent lbfgs_descent(const Function& function, OptimiserState& state) {
     of.steps[usable[k]] = -beta[k];
     of.changes[usable[k]] = scale * alpha[k];
   }
-  return combined(function, state, of);
+  return vectors.set_direction(of);
+}
+
+StepOutcome lbfgs_step(StepVectors& vectors, double& value, std::vector<LbfgsProducts>& products,
+                       const OptimiserOptions& options) {
+  double slope = lbfgs_descent(vectors, products);
+  if (!(slope < 0.0)) {
+    forget_pairs(vectors, products);
+    slope = steepest_descent(vectors);
+    if (!(slope < 0.0)) return StepOutcome::stalled;
+  }
+  const double length = vectors.pairs() == 0 ? options.first_step / vectors.amplitude()
+                                             : bounded_length(vectors, options);
+  if (const std::optional<double> found = backtrack(vectors, value, slope, length, options)) {
+    if (vectors.pairs() >= static_cast<std::size_t>(options.memory)) {
+      forget_oldest_pair(vectors, products);
+    }
+    value = *found;
+    vectors.accept();
+    return StepOutcome::progressed;
+  }
+  if (vectors.pairs() == 0) return StepOutcome::stalled;
+  // A worn history can spoil the direction: once more along the gradient.
+  forget_pairs(vectors, products);
+  return lbfgs_step(vectors, value, products, options);
 }
 
 }  // namespace kappamu::inverse

@@ -4,19 +4,15 @@
 #include <array>
 #include <cmath>
 #include <numeric>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/parallel.h"
-#include "inverse/defaults.h"
-#include "inverse/optimise/lbfgs.h"
+#include "inverse/optimise/host_vectors.h"
 
 namespace kappamu::inverse {
 
 namespace {
-
-using namespace defaults::optimiser;
 
 /// Σ term(i) over [begin, end), in sums of their own for vector registers.
 template <class Term>
@@ -58,14 +54,6 @@ Vector negative(Vector v) {
   return v;
 }
 
-std::vector<float> difference(const Vector& a, const Vector& b) {
-  std::vector<float> result(a.size());
-  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) result[i] = static_cast<float>(a[i] - b[i]);
-  });
-  return result;
-}
-
 /// A point on the search line, not yet accepted.
 struct Trial {
   Vector z;
@@ -85,74 +73,6 @@ void accept(Function& function, OptimiserState& state, Trial trial) {
   state.z = std::move(trial.z);
   state.value = trial.value;
   state.gradient = function.gradient();
-}
-
-/// Length of the first trial: the whole direction, but nothing beyond
-/// longest_step.
-double bounded_length(Function& function, const Vector& z, const Vector& direction,
-                      const OptimiserOptions& options) {
-  return std::min(1.0, options.longest_step / function.amplitude(z, direction));
-}
-
-/// Backtracks from `length` until the decrease is sufficient (Armijo); none
-/// after max_backtracks.
-std::optional<Trial> backtrack(Function& function, const OptimiserState& state,
-                               const Descent& descent, double length,
-                               const OptimiserOptions& options) {
-  const auto& [direction, slope] = descent;
-  for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
-    Trial trial = evaluate(function, state, direction, length);
-    if (trial.value <= state.value + sufficient_decrease * length * slope) return trial;
-    // The parabola through value, slope and the trial, kept within [0.1, 0.5]
-    // of the length.
-    const double curvature = trial.value - state.value - slope * length;
-    const double best = std::isfinite(curvature) && curvature > 0.0
-                            ? -0.5 * slope * length * length / curvature
-                            : 0.0;
-    length = std::clamp(best, 0.1 * length, 0.5 * length);
-  }
-  return std::nullopt;
-}
-
-void forget_pairs(OptimiserState& state) {
-  state.steps.clear();
-  state.changes.clear();
-  state.products.clear();
-}
-
-void forget_oldest_pair(OptimiserState& state) {
-  state.steps.erase(state.steps.begin());
-  state.changes.erase(state.changes.begin());
-  state.products.erase(state.products.begin());
-  for (LbfgsProducts& p : state.products) {
-    p.by_step.erase(p.by_step.begin());
-    p.by_change.erase(p.by_change.begin());
-  }
-}
-
-StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
-  Descent descent = lbfgs_descent(function, state);
-  if (!(descent.slope < 0.0)) {
-    forget_pairs(state);
-    descent = steepest_descent(function, state);
-    if (!(descent.slope < 0.0)) return StepOutcome::stalled;
-  }
-  const double length = state.steps.empty()
-                            ? options.first_step / function.amplitude(state.z, descent.direction)
-                            : bounded_length(function, state.z, descent.direction, options);
-  if (std::optional<Trial> trial = backtrack(function, state, descent, length, options)) {
-    descent = {};
-    if (state.steps.size() >= static_cast<std::size_t>(options.memory)) forget_oldest_pair(state);
-    state.steps.push_back(difference(trial->z, state.z));
-    const Vector before = std::move(state.gradient);
-    accept(function, state, std::move(*trial));
-    state.changes.push_back(difference(state.gradient, before));
-    return StepOutcome::progressed;
-  }
-  if (state.steps.empty()) return StepOutcome::stalled;
-  // A worn history can spoil the direction: once more along the gradient.
-  forget_pairs(state);
-  return lbfgs_step(function, state, options);
 }
 
 StepOutcome wang2008_step(Function& function, OptimiserState& state,
@@ -243,8 +163,9 @@ void restart(Function& function, OptimiserState& state, const PairTranslation& t
 }
 
 StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
-  return options.method == Method::wang2008 ? wang2008_step(function, state, options)
-                                            : lbfgs_step(function, state, options);
+  if (options.method == Method::wang2008) return wang2008_step(function, state, options);
+  HostVectors vectors(function, state);
+  return lbfgs_step(vectors, state.value, state.products, options);
 }
 
 }  // namespace kappamu::inverse

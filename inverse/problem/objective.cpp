@@ -121,6 +121,12 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
   if (!within_range(fields)) return false;
   fields_ = fields;
   operator_->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
+  device_means_.reset();
+  return solve_lights();
+}
+
+/// Of the operator's medium.
+bool Objective::solve_lights() {
   ++solves_.forward;
   const int lights = views_.lights();
   leaving_.assign(operator_->exitance_size() * static_cast<std::size_t>(lights), 0.0);
@@ -162,8 +168,37 @@ double Objective::value(const CoefficientPair& fields) {
   return solve_forward(fields) ? misfit() : std::numeric_limits<double>::infinity();
 }
 
+double Objective::value(const device::Buffer& logs, const LogRange& range) {
+  fluence_.clear();
+  fields_ = {};
+  if (!(range.largest <= max_log_coefficient)) return std::numeric_limits<double>::infinity();
+  on_device()->set(logs);
+  device_means_ = range.mean;
+  return solve_lights() ? misfit() : std::numeric_limits<double>::infinity();
+}
+
 CoefficientPair Objective::gradient() {
   return adjoint(products(data_term_.by_prediction, ratio_));
+}
+
+void Objective::gradient(const device::Buffer& by_logs) {
+  const std::vector<double> by_exitance = products(data_term_.by_prediction, ratio_);
+  const std::array<double, 2> even = even_gradient(by_exitance);
+  device::Context& context = on_device()->context();
+  const std::size_t cells = space().cells(), bytes = 2 * cells * sizeof(double);
+  if (even == std::array<double, 2>{}) {
+    context.zero(by_logs, bytes);
+  } else {
+    context.fill(by_logs, bytes, [&](void* memory) {
+      for (std::size_t k = 0; k < 2; ++k) {
+        std::fill_n(static_cast<double*>(memory) + k * cells, cells, even[k]);
+      }
+    });
+  }
+  solve_adjoint(by_exitance, [&](const forward::SolvedBatch& at, const forward::BatchField& lambda,
+                                 std::span<const double> weights) {
+    on_device()->add_gradient(at, lambda, weights, by_logs);
+  });
 }
 
 CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) {
@@ -216,11 +251,11 @@ void Objective::weigh_root(std::vector<double>& white) const {
   if (shares_errors(problem_, data_options_)) problem_.precision->apply_root(white);
 }
 
-CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
+/// Calls add(solved batch, λ, weights) for every batch.
+template <class Add>
+void Objective::solve_adjoint(const std::vector<double>& by_exitance, const Add& add) {
   check(!fluence_.empty(), "a gradient needs the fluence of a successful value()");
   ++solves_.adjoint;
-  const std::size_t cells = space().cells();
-  CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
   const std::vector<double> by_leaving = views_.exitance(by_exitance);
   std::span<const double> weights(by_leaving);
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
@@ -236,15 +271,32 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
       throw InputError("the adjoint diffusion solve failed: " + report.message);
     }
     solves_.voxel_iterations += cost(*operator_, report, patterns, views_.lights());
-    operator_->add_gradient(at, *lambda, of_batch, gradient);
+    add(at, *lambda, of_batch);
   }
+}
+
+/// By log κ and log μ of every voxel, from r, which goes as their means do.
+std::array<double, 2> Objective::even_gradient(const std::vector<double>& by_exitance) const {
+  std::array<double, 2> even{};
   for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
-    double even = 0.0;
     for (std::size_t i = 0; i < exitance_.size(); ++i) {
-      even += by_exitance[i] * correction_.slope[k][i] * exitance_[i];
+      even[k] += by_exitance[i] * correction_.slope[k][i] * exitance_[i];
     }
-    std::vector<double>& by_voxel = k == 0 ? gradient.log_kappa : gradient.log_mu;
-    for (double& g : by_voxel) g += even / static_cast<double>(by_voxel.size());
+    even[k] /= static_cast<double>(space().cells());
+  }
+  return even;
+}
+
+CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
+  const std::size_t cells = space().cells();
+  CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
+  solve_adjoint(by_exitance, [&](const forward::SolvedBatch& at, const forward::BatchField& lambda,
+                                 std::span<const double> weights) {
+    operator_->add_gradient(at, lambda, weights, gradient);
+  });
+  const std::array<double, 2> even = even_gradient(by_exitance);
+  for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
+    for (double& g : k == 0 ? gradient.log_kappa : gradient.log_mu) g += even[k];
   }
   return gradient;
 }

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "forward/device_medium.h"
 #include "forward/operator.h"
 #include "inverse/problem/data_term.h"
 #include "inverse/problem/fields.h"
@@ -50,6 +51,13 @@ Refinement refine(const Problem& problem);
 /// Coefficients beyond e^±this occur only in a diverging line search.
 inline constexpr double max_log_coefficient = 25.0;
 
+/// Where the vectors of a fit's steps live.
+enum class VectorPlace {
+  automatic,  ///< in the memory of a GPU that has the room, and else the host's
+  host,
+  device  ///< the operator's, where it has one
+};
+
 /// Device, precision and tolerances of the solves.
 struct Backend {
   std::string device = "auto";
@@ -62,8 +70,15 @@ struct Backend {
   bool loose_solves = true;
   /// Makes the operator of every grid; null: forward::block_operators().
   std::shared_ptr<const forward::OperatorFactory> operators{};
+  VectorPlace vectors = VectorPlace::automatic;
 
   forward::MadeOperator make(const forward::GridSetup& setup, const forward::SeenFaces& seen) const;
+};
+
+/// Of the logarithms of a medium.
+struct LogRange {
+  double largest = 0.0;          ///< magnitude; infinite where one is not finite
+  std::array<double, 2> mean{};  ///< of log κ and of log μ over the voxels
 };
 
 /// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.
@@ -114,6 +129,14 @@ class Objective {
   /// not converge or coefficients leave the range of floating point. Keeps what gradient() needs.
   double value(const CoefficientPair& fields);
 
+  /// Medium and gradients by the memory of the operator's device; null where there is none.
+  forward::DeviceMedium* on_device() const { return operator_->on_device(); }
+  /// value() and gradient() of a pair of fields there, [2][z][y][x] in double.
+  double value(const device::Buffer& logs, const LogRange& range);
+  void gradient(const device::Buffer& by_logs);
+  /// The fields that value() last had from a device.
+  void came_from(CoefficientPair fields) { fields_ = std::move(fields); }
+
   /// The next value() solves, whatever was solved before: of pieces of one block, all must.
   void forget() { fluence_.clear(); }
 
@@ -161,7 +184,11 @@ class Objective {
 
  private:
   CoefficientPair adjoint(const std::vector<double>& by_exitance);
+  template <class Add>
+  void solve_adjoint(const std::vector<double>& by_exitance, const Add& add);
+  std::array<double, 2> even_gradient(const std::vector<double>& by_exitance) const;
   bool solve_forward(const CoefficientPair& fields);
+  bool solve_lights();
   double misfit();
   void add_to_variance(const std::vector<double>& more);
   void correct();
@@ -180,8 +207,9 @@ class Objective {
   SolveCount solves_;
   std::vector<double> stated_weight_;  ///< of the data alone
   Correction correction_;
-  std::vector<double> ratio_;     ///< r at fields_
-  CoefficientPair fields_;        ///< of the last value()
+  std::vector<double> ratio_;                          ///< r at fields_
+  CoefficientPair fields_;                             ///< of the last value(); empty: a device's
+  std::optional<std::array<double, 2>> device_means_;  ///< of log κ and log μ, where they are
   std::vector<double> leaving_;   ///< exitance of the last value() [light][face][v][u]
   std::vector<double> exitance_;  ///< M of the last value(), its pictures
   DataTerm data_term_;            ///< there

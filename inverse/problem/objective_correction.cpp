@@ -120,12 +120,12 @@ std::array<double, 2> Objective::means(const CoefficientPair& fields) {
   return {of(fields.log_kappa), of(fields.log_mu)};
 }
 
-/// r at fields_.
+/// r at the fields of the last value().
 void Objective::correct() {
   ratio_ = correction_.ratio;
   const bool constant = correction_.slope[0].empty() && correction_.slope[1].empty();
-  if (constant || fields_.log_kappa.empty()) return;
-  const std::array<double, 2> at = means(fields_);
+  if (constant || (fields_.log_kappa.empty() && !device_means_)) return;
+  const std::array<double, 2> at = device_means_ ? *device_means_ : means(fields_);
   for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
     const double change = at[k] - correction_.mean[k];
     for (std::size_t i = 0; i < ratio_.size(); ++i) {

@@ -139,11 +139,6 @@ double huber_sum(const MediumSpace& space, double step, const CoefficientPair& f
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-/// Factor on ½ (v − v*)² of a voxel.
-double anchor_scale(const MediumSpace& space, double scale, double length_mm) {
-  return scale * std::pow(space.shape.voxel_mm / length_mm, 2);
-}
-
 /// ½ scale Σ_voxels |∇κ|² as a function of log κ.
 Roughness wang2008_roughness(const MediumSpace& space, const CoefficientPair& fields,
                              double scale) {
@@ -157,6 +152,10 @@ Roughness wang2008_roughness(const MediumSpace& space, const CoefficientPair& fi
 }
 
 }  // namespace
+
+double anchor_scale(const MediumSpace& space, double scale, double length_mm) {
+  return scale * std::pow(space.shape.voxel_mm / length_mm, 2);
+}
 
 Roughness roughness(const MediumSpace& space, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor, const Regulariser& regulariser,

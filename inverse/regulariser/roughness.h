@@ -71,6 +71,9 @@ Roughness roughness(const MediumSpace& space, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor = std::nullopt,
                     const Regulariser& regulariser = {}, Roughness storage = {});
 
+/// Factor on ½ (v − v*)² of a voxel whose factor on the squared differences is `scale`.
+double anchor_scale(const MediumSpace& space, double scale, double length_mm);
+
 /// `change` times the Hessian of the Gaussian that stands for R at some fields: H1's, with the
 /// differences across a face weighed by the mean of its two voxels' `diffusivity` there (lagged
 /// diffusivity, Vogel & Oman 1996). Its quadratic form touches Huber-TV at those fields, with the

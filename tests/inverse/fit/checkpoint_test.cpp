@@ -168,6 +168,14 @@ TEST(Checkpoint, KilledWhereACorrectionIsRenewedTheFitEndsInTheSameBits) {
   expect_kills_change_nothing(c, whole);
 }
 
+TEST(Checkpoint, KilledWithItsVectorsOnADeviceTheFitEndsInTheSameBits) {
+  Case c = photographs({10, 8, 8, 0.5});
+  c.options.path.stage_steps = 20;
+  c.options.solver.backend.device = "auto";
+  c.options.solver.backend.vectors = VectorPlace::device;
+  expect_kills_change_nothing(c, Uninterrupted(c));
+}
+
 TEST(Checkpoint, OfOtherDataOrProgramIsPassedOverAloud) {
   Case c = bright_block({8, 8, 4, 0.5});
   const Bytes bytes = all_checkpoints(c).back();

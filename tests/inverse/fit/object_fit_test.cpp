@@ -8,7 +8,7 @@
 
 #include "core/mesh/shapes.h"
 #include "forward/embedded/embedded_operator.h"
-#include "inverse/fit/fit_function.h"
+#include "inverse/optimise/fit_function.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "tests/inverse/inverse_cases.h"
 

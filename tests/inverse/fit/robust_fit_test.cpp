@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "inverse/fit/fit_function.h"
+#include "inverse/optimise/fit_function.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

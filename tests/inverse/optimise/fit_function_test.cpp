@@ -1,5 +1,5 @@
 // What L-BFGS learned at one weight, in one set of coordinates, must hold at the next.
-#include "inverse/fit/fit_function.h"
+#include "inverse/optimise/fit_function.h"
 
 #include <gtest/gtest.h>
 

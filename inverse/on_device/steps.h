@@ -1,0 +1,46 @@
+// The optimiser's steps along one FitFunction. On a GPU that the operator computes on, all vectors
+// stay in its memory between them; elsewhere they are the host's.
+#pragma once
+
+#include <memory>
+
+#include "inverse/optimise/fit_function.h"
+#include "inverse/optimise/optimiser.h"
+
+namespace kappamu::inverse {
+
+class Steps {
+ public:
+  /// From where `state` stands, after start() or a step. All must outlive this.
+  Steps(Objective& objective, const Basis& basis, FitFunction& function, OptimiserState& state,
+        const OptimiserOptions& options, VectorPlace place);
+  Steps(Steps&&) noexcept;
+  ~Steps();
+
+  bool on_device() const { return device_ != nullptr; }
+  /// Of the state its value and products are set, and on the host all of it.
+  StepOutcome step();
+  /// Solves anew where the optimiser stands, which the next step needs.
+  void solve();
+  /// R where the optimiser stands.
+  double roughness() const;
+  /// The fields there, read from the device if they are its.
+  CoefficientPair fields() const;
+  /// The state becomes what it would be had the host stepped.
+  void store() const;
+  /// store(), and function and objective are at the last point; no step follows.
+  void leave();
+
+ private:
+  struct OnDevice;
+  Objective& objective_;
+  FitFunction& function_;
+  OptimiserState& state_;
+  OptimiserOptions options_;
+  std::unique_ptr<OnDevice> device_;  ///< null: the host's
+};
+
+/// Bytes on the device of these vectors, for each voxel, with so many pairs of L-BFGS.
+std::size_t device_bytes_per_voxel(int pairs);
+
+}  // namespace kappamu::inverse
