@@ -181,12 +181,15 @@ void solver(Solver& options, Visitor& visit) {
   auto& [device, precision, solve, batch, refined_tolerance, refined_memory_mb, loose_solves,
          operators, vectors] = backend;
   static_cast<void>(operators);  // given by a program, not by a user
-  static_cast<void>(vectors);    // likewise
   visit(Option{"device", group, "", "", bounds::any, "Part of an OpenCL device's name (--device)"},
         device);
   visit(Option{"precision", group, "--precision", "", bounds::any,
                "Precision of the diffusion solver: single, or double (slower)"},
         precision, precision_names);
+  visit(Option{"vectors", group, "", "", bounds::any,
+               "Memory that the fit's vectors stay in between steps: host, device, or automatic "
+               "(that of a GPU where they fit)"},
+        vectors, vector_place_names);
   auto& [tolerance, max_iterations] = solve;
   visit(Option{"solver_tolerance", group, "", "", bounds::positive,
                "Least relative residual that a diffusion solve is asked for"},

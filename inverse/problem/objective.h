@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "core/names.h"
 #include "forward/device_medium.h"
 #include "forward/operator.h"
 #include "inverse/problem/data_term.h"
@@ -57,6 +58,9 @@ enum class VectorPlace {
   host,
   device  ///< the operator's, where it has one
 };
+inline constexpr Names<VectorPlace, 3> vector_place_names{{{"automatic", VectorPlace::automatic},
+                                                           {"host", VectorPlace::host},
+                                                           {"device", VectorPlace::device}}};
 
 /// Device, precision and tolerances of the solves.
 struct Backend {

@@ -89,8 +89,8 @@ DeviceTask cube(const Request& request) {
   return block_task(request, "solve, cube", {n, n, n, 0.25}, 80e-3);
 }
 
-/// On the host alone a fit takes hours.
-DeviceTask fit(const Request& request) {
+/// Its vectors where `vectors` says. On the host alone a fit takes hours.
+DeviceTask fit_by(const Request& request, const std::string& name, inverse::VectorPlace vectors) {
   Block block;
   block.grid = request.size == Size::full ? GridShape{64, 64, 12, 0.5} : GridShape{12, 12, 6, 0.5};
   block.precision = forward::Precision::single_precision;
@@ -107,6 +107,7 @@ DeviceTask fit(const Request& request) {
     if (!place.device && !quick) return std::nullopt;
     inverse::FitOptions options;
     options.solver.backend.device = place.wanted();
+    options.solver.backend.vectors = vectors;
     Progress silent;
     inverse::ChannelFit found;
     const auto work = [&] { found = inverse::fit_channel(*measured, 0, options, {}, silent); };
@@ -121,9 +122,19 @@ DeviceTask fit(const Request& request) {
     answer.allowed = std::sqrt(2.0 * appearance_error(found.medium, *unseen));
     return answer;
   };
-  return {"fit",   "solves of all patterns",
+  return {name,    "solves of all patterns",
           "",      "√2 of the images' distance from the truth's, under light that no fit saw",
           nullptr, measure};
+}
+
+DeviceTask fit(const Request& request) {
+  return fit_by(request, "fit", inverse::VectorPlace::automatic);
+}
+DeviceTask fit_host(const Request& request) {
+  return fit_by(request, "fit, vectors on the host", inverse::VectorPlace::host);
+}
+DeviceTask fit_device(const Request& request) {
+  return fit_by(request, "fit, vectors on the device", inverse::VectorPlace::device);
 }
 
 // ---- Objects
@@ -363,9 +374,14 @@ std::string Place::kind() const {
 }
 
 const std::vector<NamedTask>& device_tasks() {
-  static const std::vector<NamedTask> all{{"solve", slab},        {"cube", cube},
-                                          {"fit", fit},           {"embedded", embedded_cubes},
-                                          {"polygrid", polygrid}, {"hierarchy", hierarchy},
+  static const std::vector<NamedTask> all{{"solve", slab},
+                                          {"cube", cube},
+                                          {"fit", fit},
+                                          {"fit-host", fit_host},
+                                          {"fit-device", fit_device},
+                                          {"embedded", embedded_cubes},
+                                          {"polygrid", polygrid},
+                                          {"hierarchy", hierarchy},
                                           {"montecarlo", photons}};
   return all;
 }

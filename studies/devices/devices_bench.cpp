@@ -142,9 +142,9 @@ from the processor's where the host has none; where it exceeds what the task all
 stated. A device that cannot take a task has its sentence in the row. Goals are those of a GPU.
 
 Tasks: solve and cube (16 right-hand sides, 256 x 256 x 20 and 256 cubed, to a residual of 1e-6),
-fit (one channel), embedded (even cubes about a torus), polygrid (1,040,000 nodes, Wang et al.
-2008, Table III), hierarchy (the dipole's, 131,736 triangles, links made anew), montecarlo
-(photons in a block).
+fit (one channel; fit-host and fit-device: its vectors on the host or on the device), embedded
+(even cubes about a torus), polygrid (1,040,000 nodes, Wang et al. 2008, Table III), hierarchy (the
+dipole's, 131,736 triangles, links made anew), montecarlo (photons in a block).
 
 Do not trust it on a machine that does anything else.)",
           {{"devices", "every task", measure_devices}},

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "device/device_info.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/problem/predict.h"
 #include "tests/inverse/fit/fit_cases.h"
@@ -91,6 +92,26 @@ TEST(Fit, ReachesTheNoiseAndPredictsOtherLight) {
   const Medium start{Volume<double>(block.grid, fit.report.homogeneous_kappa),
                      Volume<double>(block.grid, fit.report.homogeneous_mu)};
   EXPECT_LT(error, 0.02 * cases::validation_error(block, truth, start));
+}
+
+TEST(Fit, EndsInTheSameVolumeWithItsVectorsOnADevice) {
+  if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  const Block block;
+  const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
+  const SurfaceMeasurements m = cases::measure(block, truth);
+  FitOptions options;
+  options.solver.backend.vectors = VectorPlace::host;
+  const ChannelFit host = cases::fit(m, options);
+  options.solver.backend.vectors = VectorPlace::device;
+  const ChannelFit device = cases::fit(m, options);
+  EXPECT_EQ(device.report.status, FitStatus::converged) << device.report.reason;
+  EXPECT_EQ(device.report.weight, host.report.weight);
+  // Rounding parts the steps of two fits, which then end within their tolerance of one minimum.
+  EXPECT_NEAR(device.report.chi2_per_value, host.report.chi2_per_value, 1e-2);
+  EXPECT_NEAR(device.report.solves.total(), host.report.solves.total(),
+              0.2 * host.report.solves.total());
+  const double error = cases::validation_error(block, truth, host.medium);
+  EXPECT_NEAR(cases::validation_error(block, truth, device.medium), error, 0.2 * error);
 }
 
 TEST(Fit, GridCorrectionLowersTheErrorOnOtherGrids) {
