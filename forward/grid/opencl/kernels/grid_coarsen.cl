@@ -233,7 +233,7 @@ kernel void coarsen_faces_between_rows(
         global const REAL* west = gx + cell / nx * (nx + 1);
         global const REAL* low = g_other + cell + (axis == 1 ? 0 : (long)(at - 1 + upper) * nx);
         const int inside = max(x_begin, 1);
-        add_mismatch(inside, x_end, energy + inside - x_begin, west, v, v - 1);
+        add_mismatch(inside, x_end, energy + (inside - x_begin), west, v, v - 1);
         // Not min(x_end, nx - 1), which NVIDIA's compiler takes for x_end.
         const int before_last = x_end < nx ? x_end : nx - 1;
         add_mismatch(x_begin, before_last, energy, west + 1, v, v + 1);
