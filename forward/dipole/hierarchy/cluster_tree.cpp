@@ -62,13 +62,17 @@ void ClusterTree::split(const std::vector<Eigen::Vector3f>& centroid, int level,
   split(centroid, level + 1, 2 * i + 1);
 }
 
-void ClusterTree::refit(const TriangleMesh& mesh) {
-  const std::size_t count = order_.size();
-  if (mesh.triangles.size() != count) {
-    throw InputError("the hierarchy was built for " + std::to_string(count) +
+void ClusterTree::check_same(const TriangleMesh& mesh) const {
+  if (mesh.triangles.size() != triangles()) {
+    throw InputError("the hierarchy was built for " + std::to_string(triangles()) +
                      " triangles but the mesh has " + std::to_string(mesh.triangles.size()) +
                      "; build it anew where the topology changes");
   }
+}
+
+void ClusterTree::refit(const TriangleMesh& mesh) {
+  check_same(mesh);
+  const std::size_t count = order_.size();
   point_.resize(count);
   spread_.resize(2 * count);
   corner_.resize(3 * count);

@@ -19,7 +19,11 @@ class ClusterTree {
  public:
   explicit ClusterTree(const TriangleMesh& mesh);
   /// The same triangles with other vertices. Throws InputError where their number differs.
+  /// The reference of refit.cl.
   void refit(const TriangleMesh& mesh);
+  void check_same(const TriangleMesh& mesh) const;
+  /// Clusters alone, as they were refitted elsewhere.
+  void set_clusters(std::vector<Eigen::Array4f> cluster) { cluster_ = std::move(cluster); }
 
   int depth() const { return depth_; }  ///< leaves are on this level
   std::size_t clusters() const { return cluster_.size(); }

@@ -1,6 +1,8 @@
 #include "forward/dipole/hierarchy/hierarchy.h"
 
 #include <algorithm>
+#include <array>
+#include <string>
 
 #include "core/error.h"
 
@@ -18,6 +20,11 @@ constexpr std::size_t moments_per_cluster = 10;
 constexpr float triangle_share = 0.8F;
 /// Work-items of a group; a CPU walks them one after the other.
 constexpr std::size_t cpu_group = 64, gpu_group = 64;
+/// Receivers that a work-item links, and the places that it takes of a pool at once. A processor's
+/// cores would wait for each other at every receiver; a GPU has more items than receivers.
+constexpr int cpu_run = 16, gpu_run = 1, cpu_region = 256, gpu_region = 0;
+/// Places of a pool of links for each triangle, at first; and the most bytes of one.
+constexpr std::size_t first_links = 16, most_pool_bytes = std::size_t{1} << 32;
 /// Levels below the root of a subtree that one work-item takes; a GPU has more items than leaves.
 constexpr int cpu_subtree = 8, gpu_subtree = 0;
 
@@ -38,24 +45,37 @@ Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
     : context_(context),
       options_(options),
       tree_(mesh),
-      subtree_(context.info().kind == device::Kind::gpu ? gpu_subtree : cpu_subtree),
+      gpu_(options.form.value_or(context.info().kind) == device::Kind::gpu),
+      subtree_(gpu_ ? gpu_subtree : cpu_subtree),
       program_(
           &context.program(hierarchy_cl, "-DTABLE_BITS=" + std::to_string(table_bits) +
                                              " -DSUBTREE_LEVELS=" + std::to_string(subtree_))) {
   const std::size_t vector = sizeof(Eigen::Array4f), triangles = tree_.triangles();
+  point_ = context.allocate(triangles * vector);
+  spread_ = context.allocate(2 * triangles * vector);
+  corner_ = context.allocate(3 * triangles * vector);
+  cluster_ = context.allocate(tree_.clusters() * vector);
+  weight_ = context.allocate(tree_.clusters() * sizeof(Eigen::Array2f));
+  box_ = context.allocate(2 * tree_.clusters() * vector);
   irradiance_ = context.allocate(triangles * vector);
   power_ = context.allocate(triangles * vector);
   exitance_ = context.allocate(triangles * vector);
   moments_ = context.allocate(tree_.clusters() * moments_per_cluster * vector);
   series_ = context.allocate(tree_.clusters() * moments_per_cluster * vector);
+  const std::size_t clusters = tree_.clusters(), leaves = clusters - tree_.first_leaf();
+  cluster_range_ = context.allocate(clusters * sizeof(LinkRange));
+  left_range_ = context.allocate(clusters * sizeof(LinkRange));
+  leaf_range_ = context.allocate(leaves * sizeof(LinkRange));
+  for (device::Buffer* pool : {&emitter_, &near_, &left_}) {
+    *pool = context.allocate(first_links * triangles * sizeof(int));
+  }
+  used_ = context.allocate(5 * sizeof(int));
   upload(context_, tree_.order(), order_);
   renew(mesh, profiles);
 }
 
 device::Range Hierarchy::items(std::size_t count, std::size_t on_cpu) const {
-  const std::size_t group =
-      context_.info().kind == device::Kind::gpu ? gpu_group : std::min(on_cpu, count);
-  return {count, 1, group, 1};
+  return {count, 1, gpu_ ? gpu_group : std::min(on_cpu, count), 1};
 }
 
 Oracle Hierarchy::oracle(float opening) const {
@@ -63,12 +83,25 @@ Oracle Hierarchy::oracle(float opening) const {
 }
 
 void Hierarchy::set_mesh(const TriangleMesh& mesh) {
-  tree_.refit(mesh);
+  tree_.check_same(mesh);
   farthest_ = 1.01 * bounding_box(mesh).diagonal().norm();
-  upload(context_, tree_.cluster(), cluster_);
-  upload(context_, tree_.point(), point_);
-  upload(context_, tree_.spread(), spread_);
-  upload(context_, tree_.corner(), corner_);
+  if (mesh.triangles != corners_of_) {
+    corners_of_ = mesh.triangles;
+    upload(context_, corners_of_, index_);
+  }
+  std::vector<Eigen::Array3f> vertices;
+  vertices.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& v : mesh.vertices) vertices.emplace_back(v.cast<float>());
+  upload(context_, vertices, vertex_);
+  const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
+  const int levels = std::min(subtree_, depth), roots = 1 << (depth - levels);
+  context_.launch(*program_, "refit_subtrees", items(static_cast<std::size_t>(roots), 1), roots,
+                  levels, triangles, depth, order_, index_, vertex_, point_, spread_, corner_,
+                  cluster_, weight_, box_);
+  for (int width = roots / 2; width > 0; width /= 2) {
+    context_.launch(*program_, "refit", items(static_cast<std::size_t>(width), cpu_group), width,
+                    cluster_, weight_, box_);
+  }
 }
 
 void Hierarchy::set_profiles(std::span<const Profile> profiles) {
@@ -77,16 +110,90 @@ void Hierarchy::set_profiles(std::span<const Profile> profiles) {
 }
 
 void Hierarchy::relink() {
-  links_ = link(tree_, oracle(options_.opening));
+  while (!link_levels()) {
+  }
+  kept_.reset();
   changes_ = {};
-  upload_links();
+}
+
+bool Hierarchy::link_levels() {
+  const Oracle o = oracle(options_.opening);
+  device::Buffer* const pools[]{&emitter_, &near_, &left_};
+  const auto capacity = [](const device::Buffer& pool) {
+    return static_cast<int>(pool.bytes() / sizeof(int));
+  };
+  context_.zero(used_, used_.bytes());
+  const int run = gpu_ ? gpu_run : cpu_run, region = gpu_ ? gpu_region : cpu_region;
+  for (int width = 1; width <= 1 << tree_.depth(); width *= 2) {
+    context_.launch(*program_, "link_level",
+                    items(static_cast<std::size_t>((width + run - 1) / run), 1), width, run, region,
+                    static_cast<int>(tree_.first_leaf()), o.opening, o.smooth, o.decay,
+                    o.least_decay, capacity(emitter_), capacity(near_), capacity(left_), cluster_,
+                    left_range_, left_, cluster_range_, emitter_, leaf_range_, near_, used_);
+  }
+  std::array<int, 5> used{};
+  context_.read(used_, used.data(), sizeof(used));
+  bool fits = true;
+  for (std::size_t p = 0; p < std::size(pools); ++p) {
+    if (used[p] >= 0 && used[p] <= capacity(*pools[p])) continue;
+    fits = false;
+    grow(*pools[p]);
+  }
+  links_ = static_cast<std::size_t>(used[3]);
+  near_pairs_ = static_cast<std::size_t>(used[4]);
+  return fits;
+}
+
+/// Makes room in a pool of links for more than the last ones needed.
+void Hierarchy::grow(device::Buffer& pool) {
+  const std::size_t bytes = 2 * pool.bytes();
+  if (bytes > most_pool_bytes) {
+    throw InputError("the hierarchy of " + std::to_string(tree_.triangles()) +
+                     " triangles needs more than " + std::to_string(most_pool_bytes / sizeof(int)) +
+                     " links for this tolerance; raise the tolerance or simplify the mesh");
+  }
+  pool = {};
+  pool = context_.allocate(bytes);
+}
+
+Links Hierarchy::links_made() const {
+  if (kept_) return *kept_;
+  Links links;
+  // Lists of the pool follow each other in the order of their owners.
+  const auto download = [&](const device::Buffer& ranges, std::size_t owners,
+                            const device::Buffer& pool, std::vector<LinkRange>& of,
+                            std::vector<int>& list) {
+    of.resize(owners);
+    context_.read(ranges, of.data(), owners * sizeof(LinkRange));
+    context_.look(pool, pool.bytes(), [&](const void* places) {
+      const int* const all = static_cast<const int*>(places);
+      for (LinkRange& range : of) {
+        const int first = static_cast<int>(list.size());
+        list.insert(list.end(), all + range.first, all + range.first + range.count);
+        range.first = first;
+      }
+    });
+  };
+  const std::size_t leaves = tree_.clusters() - tree_.first_leaf();
+  download(cluster_range_, tree_.clusters(), emitter_, links.of_cluster, links.emitter);
+  download(leaf_range_, leaves, near_, links.of_leaf, links.near);
+  put_in_order(links, tree_);
+  return links;
+}
+
+std::vector<Eigen::Array4f> Hierarchy::clusters() const {
+  std::vector<Eigen::Array4f> clusters(tree_.clusters());
+  context_.read(cluster_, clusters.data(), clusters.size() * sizeof(Eigen::Array4f));
+  return clusters;
 }
 
 void Hierarchy::upload_links() {
-  upload(context_, links_.of_cluster, cluster_range_);
-  upload(context_, links_.emitter, emitter_);
-  upload(context_, links_.of_leaf, leaf_range_);
-  upload(context_, links_.near, near_);
+  upload(context_, kept_->of_cluster, cluster_range_);
+  upload(context_, kept_->emitter, emitter_);
+  upload(context_, kept_->of_leaf, leaf_range_);
+  upload(context_, kept_->near, near_);
+  links_ = kept_->emitter.size();
+  near_pairs_ = kept_->near.size();
 }
 
 void Hierarchy::set_opening(float opening) {
@@ -96,9 +203,17 @@ void Hierarchy::set_opening(float opening) {
 
 void Hierarchy::update(std::span<const Profile> profiles) {
   set_profiles(profiles);
-  changes_ = dipole::update(links_, tree_, oracle(options_.slack * options_.opening),
-                            oracle(options_.opening), options_.most_changes);
-  if (changes_.demoted + changes_.promoted > 0) upload_links();
+  if (!kept_) kept_ = links_made();
+  tree_.set_clusters(clusters());
+  const LinkChanges changes =
+      dipole::update(*kept_, tree_, oracle(options_.slack * options_.opening),
+                     oracle(options_.opening), options_.most_changes);
+  if (changes.too_many) {
+    relink();
+  } else if (changes.demoted + changes.promoted > 0) {
+    upload_links();
+  }
+  changes_ = changes;
 }
 
 void Hierarchy::update(const TriangleMesh& mesh, std::span<const Profile> profiles) {

@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ struct HierarchyOptions {
   /// Links that one update() moves at most; others wait for the next, those farthest from the
   /// oracle being moved first ([M] 5.5 bounds the form factors of a frame).
   std::size_t most_changes = std::numeric_limits<std::size_t>::max();
+  /// How work is shared out where it is not the device's own way: that of a GPU runs anywhere.
+  std::optional<device::Kind> form = {};
 };
 
 class Hierarchy {
@@ -51,31 +54,38 @@ class Hierarchy {
   /// order.
   std::vector<Eigen::Array4f> exitance(std::span<const Eigen::Array4f> irradiance);
 
-  std::size_t links() const { return links_.emitter.size(); }
-  std::size_t near_pairs() const { return links_.near.size(); }  ///< of leaves
-  const LinkChanges& changes() const { return changes_; }        ///< of the last update()
-  const ClusterTree& tree() const { return tree_; }
+  std::size_t links() const { return links_; }
+  std::size_t near_pairs() const { return near_pairs_; }   ///< of leaves
+  Links links_made() const;                                ///< those that the device has
+  Oracle oracle(float opening) const;                      ///< of the present profiles
+  const LinkChanges& changes() const { return changes_; }  ///< of the last update()
+  std::vector<Eigen::Array4f> clusters() const;            ///< as ClusterTree::cluster()
 
  private:
-  Oracle oracle(float opening) const;
   void set_mesh(const TriangleMesh& mesh);
   void set_profiles(std::span<const Profile> profiles);
   void relink();
+  bool link_levels();  ///< false where the pools were too small, which have grown
+  void grow(device::Buffer& pool);
   void upload_links();
   /// `on_cpu`: work-items that a processor's core walks at once.
   device::Range items(std::size_t count, std::size_t on_cpu) const;
 
   device::Context& context_;
   HierarchyOptions options_;
-  ClusterTree tree_;
-  double farthest_ = 0.0;  ///< two points of the mesh at most [mm]
+  ClusterTree tree_;                            ///< its clusters are those of the last update()
+  std::vector<std::array<int, 3>> corners_of_;  ///< per triangle of the mesh, as uploaded
+  double farthest_ = 0.0;                       ///< two points of the mesh at most [mm]
   ProfileTable table_;
-  Links links_;
+  std::size_t links_ = 0, near_pairs_ = 0;
+  std::optional<Links> kept_;  ///< the device's, from the first update() after they were made
   LinkChanges changes_;
+  bool gpu_ = false;
   int subtree_ = 0;  ///< levels below the root of a subtree that one work-item takes
   device::Program* program_ = nullptr;
-  device::Buffer order_, cluster_, point_, spread_, corner_, profile_table_;
-  device::Buffer cluster_range_, emitter_, leaf_range_, near_;
+  device::Buffer order_, index_, vertex_, cluster_, weight_, box_;
+  device::Buffer point_, spread_, corner_, profile_table_;
+  device::Buffer cluster_range_, emitter_, leaf_range_, near_, left_range_, left_, used_;
   device::Buffer irradiance_, power_, moments_, series_, exitance_;
 };
 

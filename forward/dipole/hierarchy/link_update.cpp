@@ -34,6 +34,13 @@ struct Pair {
   int receiver, emitter;
 };
 
+/// Emitters of a list stand in the order of their triangles.
+std::pair<std::size_t, int> place_in(const ClusterTree& tree, int cluster) {
+  const auto number = static_cast<std::size_t>(cluster) + 1;
+  const int level = static_cast<int>(std::bit_width(number)) - 1;
+  return {number << (tree.depth() - level), level};
+}
+
 class LinkUpdate {
  public:
   LinkUpdate(Links& links, const ClusterTree& tree, const Oracle& wide, const Oracle& narrow)
@@ -45,8 +52,8 @@ class LinkUpdate {
     if (static_cast<double>(changes.failing) >
             all_anew * static_cast<double>(links_.emitter.size()) &&
         most >= changes.failing) {
-      links_ = link(tree_, narrow_);
       changes.demoted = changes.failing;
+      changes.too_many = true;
       return changes;
     }
     if (most < changes.failing) {
@@ -73,14 +80,12 @@ class LinkUpdate {
   const Eigen::Array4f& at(int cluster) const {
     return tree_.cluster()[static_cast<std::size_t>(cluster)];
   }
-  bool leaf(int cluster) const { return tree_.leaf(static_cast<std::size_t>(cluster)); }
-
-  /// Emitters of a list stand in the order of their triangles.
-  std::pair<std::size_t, int> place(int cluster) const {
-    const auto number = static_cast<std::size_t>(cluster) + 1;
-    const int level = static_cast<int>(std::bit_width(number)) - 1;
-    return {number << (tree_.depth() - level), level};
+  bool holds(const Oracle& oracle, int receiver, int emitter) const {
+    return oracle.holds(tree_, static_cast<std::size_t>(receiver),
+                        static_cast<std::size_t>(emitter));
   }
+
+  std::pair<std::size_t, int> place(int cluster) const { return place_in(tree_, cluster); }
 
   Found find() const {
     std::vector<Found> pieces_found(pieces(tree_.clusters(), clusters_per_piece));
@@ -106,14 +111,14 @@ class LinkUpdate {
     const std::size_t last = first + static_cast<std::size_t>(links_.of_cluster[k].count);
     for (std::size_t i = first; i < last; ++i) {
       const int emitter = links_.emitter[i];
-      if (!wide_.holds(at(receiver), at(emitter))) {
+      if (!holds(wide_, receiver, emitter)) {
         const float apart = (at(receiver) - at(emitter)).head<3>().matrix().norm();
         found.failures.push_back(
             {(at(receiver)[3] + at(emitter)[3]) / (apart + wide_.smooth), receiver, i});
       }
       const bool siblings =
           i + 1 < last && emitter % 2 == 1 && links_.emitter[i + 1] == emitter + 1;
-      if (siblings && narrow_.holds(at(receiver), at((emitter - 1) / 2))) {
+      if (siblings && holds(narrow_, receiver, (emitter - 1) / 2)) {
         found.promotions.push_back({receiver, (emitter - 1) / 2, i, i + 1});
       }
     }
@@ -122,7 +127,7 @@ class LinkUpdate {
     for (int i = near.first; i < near.first + near.count; ++i) {
       const int emitter =
           links_.near[static_cast<std::size_t>(i)] + static_cast<int>(tree_.first_leaf());
-      if (narrow_.holds(at(receiver), at(emitter))) {
+      if (holds(narrow_, receiver, emitter)) {
         found.from_near.push_back({receiver, emitter, static_cast<std::size_t>(i), 0});
       }
     }
@@ -136,7 +141,7 @@ class LinkUpdate {
       const int e = links_.emitter[static_cast<std::size_t>(i)];
       const int f = links_.emitter[static_cast<std::size_t>(j)];
       if (e == f) {
-        if (narrow_.holds(at(static_cast<int>(k)), at(e))) {
+        if (holds(narrow_, static_cast<int>(k), e)) {
           found.promotions.push_back(
               {static_cast<int>(k), e, static_cast<std::size_t>(i), static_cast<std::size_t>(j)});
         }
@@ -149,18 +154,23 @@ class LinkUpdate {
     }
   }
 
-  /// As link() opens the larger of two.
   void demote(int receiver, int emitter) {
-    if (narrow_.holds(at(receiver), at(emitter))) {
-      added_.push_back({receiver, emitter});
-    } else if (!leaf(emitter) && (leaf(receiver) || at(emitter)[3] > at(receiver)[3])) {
-      demote(receiver, 2 * emitter + 1);
-      demote(receiver, 2 * emitter + 2);
-    } else if (leaf(receiver)) {
-      near_added_.push_back({receiver, emitter});
-    } else {
-      demote(2 * receiver + 1, emitter);
-      demote(2 * receiver + 2, emitter);
+    switch (narrow_.meet(tree_, static_cast<std::size_t>(receiver),
+                         static_cast<std::size_t>(emitter))) {
+      case Oracle::Meeting::linked:
+        added_.push_back({receiver, emitter});
+        break;
+      case Oracle::Meeting::emitter_opens:
+        demote(receiver, 2 * emitter + 1);
+        demote(receiver, 2 * emitter + 2);
+        break;
+      case Oracle::Meeting::receiver_opens:
+        if (tree_.leaf(static_cast<std::size_t>(receiver))) {
+          near_added_.push_back({receiver, emitter});
+        } else {
+          demote(2 * receiver + 1, emitter);
+          demote(2 * receiver + 2, emitter);
+        }
     }
   }
 
@@ -225,6 +235,18 @@ class LinkUpdate {
 };
 
 }  // namespace
+
+void put_in_order(Links& links, const ClusterTree& tree) {
+  const auto sort = [&](const LinkRange& range, std::vector<int>& emitters, int base) {
+    const auto first = emitters.begin() + range.first;
+    std::sort(first, first + range.count,
+              [&](int a, int b) { return place_in(tree, a + base) < place_in(tree, b + base); });
+  };
+  for (const LinkRange& range : links.of_cluster) sort(range, links.emitter, 0);
+  for (const LinkRange& range : links.of_leaf) {
+    sort(range, links.near, static_cast<int>(tree.first_leaf()));
+  }
+}
 
 LinkChanges update(Links& links, const ClusterTree& tree, const Oracle& wide, const Oracle& narrow,
                    std::size_t most) {
