@@ -62,10 +62,13 @@ class OpenclSolver final : public GridSolver {
 
   void set_medium(std::span<const double> kappa, std::span<const double> mu) override {
     validate_medium(setup_.shape, kappa, mu);
-    if (hierarchy_->set_medium(kappa, mu)) cg_.reset();
-    if (setup_.source == SourceModel::first_collision) {
-      deposit_beam();
-    }
+    // Fields of one pattern have their size: later these places serve such fields.
+    const device::Buffer k = pool_.take(cells() * format_.real_bytes());
+    const device::Buffer m = pool_.take(cells() * format_.real_bytes());
+    upload(context_, format_, kappa, k);
+    upload(context_, format_, mu, m);
+    if (hierarchy_->set_medium(k, m)) cg_.reset();
+    if (setup_.source == SourceModel::first_collision) deposit_beam(k, m);
   }
 
   std::unique_ptr<BatchField> make_field(int patterns) const override {
@@ -207,7 +210,7 @@ class OpenclSolver final : public GridSolver {
   }
 
   /// deposit_ from the medium.
-  void deposit_beam() const {
+  void deposit_beam(const device::Buffer& kappa, const device::Buffer& mu) const {
     const GridShape& s = setup_.shape;
     const Face lit = setup_.lit_face;
     const FaceIndex f = face_index(s, lit);
@@ -222,7 +225,7 @@ class OpenclSolver final : public GridSolver {
         [&](auto h, auto reflectance) {
           context_.launch(level_program(context_, format_, layout_), "first_collisions", items,
                           f.nu, f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
-                          reflectance, hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
+                          reflectance, kappa, mu, deposit_, remaining);
         },
         s.voxel_mm, fresnel_internal(setup_.eta, 1.0));
   }
@@ -245,10 +248,8 @@ class OpenclSolver final : public GridSolver {
   template <class F>
   void on_face(Face face, F launch) const {
     const FaceIndex f = face_index(setup_.shape, face);
-    const Level& level = hierarchy_->finest();
-    const int axis = axis_of(face);
-    const device::Buffer& faces = axis == 0 ? level.gx : axis == 1 ? level.gy : level.gz;
-    launch(f.nu, f.nv, f.cell, f.cell_u, f.cell_v, f.g, f.g_u, f.g_v, faces);
+    launch(f.nu, f.nv, f.cell, f.cell_u, f.cell_v, setup_.shape.nx, static_cast<int>(face),
+           hierarchy_->finest().stencils);
   }
 
   /// b = scale G_b values on the face's cells, 0 elsewhere.
