@@ -237,8 +237,10 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
                   : std::vector<Cube>{{32, 16},  {48, 16},  {64, 16}, {96, 16}, {128, 16},
                                       {192, 16}, {256, 16}, {64, 1},  {128, 1}, {192, 1},
                                       {256, 1},  {384, 1},  {512, 1}};
+  const int wanted = request.count("voxels", 0);
   Json runs = Json::array();
   for (const auto& [n, patterns] : cubes) {
+    if (wanted > 0 && n != wanted) continue;
     // Beyond 256 voxels a side the solution in double does not fit a small machine either.
     const bool large = n > 128, truth = n <= 256;
     const ProblemSpec spec{"cube",
@@ -328,7 +330,9 @@ Do not trust it on a machine that does anything else.)",
        {"peers", "hypre's PFMG (scripts/setup.sh --peers) there, beside ours", measure_peers},
        {"grids", "every method on other grids and contrasts", measure_grids},
        {"scaling", "ours and hypre's PFMG on cubes of 32 to 512 voxels a side", measure_scaling}},
-      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100}},
+      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100},
+       {"voxels", "Of scaling: cubes of so many voxels a side alone", Setting::Kind::number, 1,
+        512}},
       summary_of};
 }
 
