@@ -64,10 +64,13 @@ Medium read_medium(const ForwardFiles& files) {
                      " has shape " + extents(medium.mu.shape()) +
                      "; kappa and mu must share one grid");
   }
-  // One at a time, so that the sentence names the right file.
-  validate(Medium{medium.kappa, Volume<double>(shape, 0.0)}, files.kappa);
-  validate(Medium{Volume<double>(shape, 1.0), medium.mu}, files.mu);
-  return medium;
+  // One at a time beside a single valid voxel, so that the sentence names the right file.
+  const GridShape voxel{1, 1, 1, shape.voxel_mm};
+  Medium kappa_alone{std::move(medium.kappa), Volume<double>(voxel, 0.0)};
+  validate(kappa_alone, files.kappa);
+  Medium mu_alone{Volume<double>(voxel, 1.0), std::move(medium.mu)};
+  validate(mu_alone, files.mu);
+  return {std::move(kappa_alone.kappa), std::move(mu_alone.mu)};
 }
 
 Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Face lit_face) {

@@ -244,9 +244,17 @@ Buffer Context::allocate(std::size_t bytes) {
 Buffer Context::part(const Buffer& whole, std::size_t offset, std::size_t bytes) {
   check(offset % part_alignment == 0 && offset + bytes <= whole.bytes(),
         "a part must lie inside its device buffer and begin at a multiple of its alignment");
-  const cl_buffer_region region{offset, std::max<std::size_t>(bytes, 1)};
+  // OpenCL has no parts of parts: both are parts of what was allocated.
+  cl_mem from = static_cast<cl_mem>(whole.handle_.get()), allocated = nullptr;
+  std::size_t before = 0;
+  check_call(clGetMemObjectInfo(from, CL_MEM_ASSOCIATED_MEMOBJECT, sizeof(cl_mem),
+                                static_cast<void*>(&allocated), nullptr),
+             "clGetMemObjectInfo", impl_->info.name);
+  check_call(clGetMemObjectInfo(from, CL_MEM_OFFSET, sizeof(std::size_t), &before, nullptr),
+             "clGetMemObjectInfo", impl_->info.name);
+  const cl_buffer_region region{before + offset, std::max<std::size_t>(bytes, 1)};
   cl_int code = CL_SUCCESS;
-  cl_mem memory = clCreateSubBuffer(static_cast<cl_mem>(whole.handle_.get()), CL_MEM_READ_WRITE,
+  cl_mem memory = clCreateSubBuffer(allocated != nullptr ? allocated : from, CL_MEM_READ_WRITE,
                                     CL_BUFFER_CREATE_TYPE_REGION, &region, &code);
   check_call(code, "clCreateSubBuffer", impl_->info.name);
   Buffer buffer;

@@ -204,8 +204,8 @@ void measure_grids(const Request& request, Progress& progress, const Save& save)
   }
 }
 
-/// Whether the solver in single precision, φ of all patterns on the host and the truth in double
-/// find room.
+/// Whether κ and μ on the host, the solver in single precision and, to compare, φ of all patterns
+/// on the host and the truth in double find room.
 bool fits(const ProblemSpec& spec, std::string& why) {
   forward::GridSetup setup;
   setup.shape = spec.shape;
@@ -213,9 +213,10 @@ bool fits(const ProblemSpec& spec, std::string& why) {
     return static_cast<double>(forward::solver_memory(setup, patterns, 2, patterns, precision));
   };
   const double of_pattern = sizeof(double) * static_cast<double>(spec.shape.cells());
-  double need = solver(spec.patterns, Precision::single_precision) + of_pattern * spec.patterns;
+  double need = solver(spec.patterns, Precision::single_precision) + 2.0 * of_pattern;
   if (spec.compared > 0) {
-    need += solver(spec.compared, Precision::double_precision) + 2.0 * of_pattern * spec.compared;
+    need += solver(spec.compared, Precision::double_precision) +
+            of_pattern * (spec.patterns + 2.0 * spec.compared);
   }
   return_freed_memory();  // of the cube before
   const double available = available_memory();
@@ -233,10 +234,13 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
   // Sixteen patterns of larger cubes do not fit a small machine.
   const std::vector<Cube> cubes =
       bench.quick ? std::vector<Cube>{{12, 16}, {16, 16}, {24, 1}}
-                  : std::vector<Cube>{{32, 16},  {48, 16}, {64, 16}, {96, 16}, {128, 16}, {192, 16},
-                                      {256, 16}, {64, 1},  {128, 1}, {192, 1}, {256, 1},  {384, 1}};
+                  : std::vector<Cube>{{32, 16},  {48, 16},  {64, 16}, {96, 16}, {128, 16},
+                                      {192, 16}, {256, 16}, {64, 1},  {128, 1}, {192, 1},
+                                      {256, 1},  {384, 1},  {512, 1}};
+  const int wanted = request.count("voxels", 0);
   Json runs = Json::array();
   for (const auto& [n, patterns] : cubes) {
+    if (wanted > 0 && n != wanted) continue;
     // Beyond 256 voxels a side the solution in double does not fit a small machine either.
     const bool large = n > 128, truth = n <= 256;
     const ProblemSpec spec{"cube",
@@ -325,8 +329,10 @@ Do not trust it on a machine that does anything else.)",
        {"kernels", "seconds and bytes of each kernel of our solve there", measure_kernels},
        {"peers", "hypre's PFMG (scripts/setup.sh --peers) there, beside ours", measure_peers},
        {"grids", "every method on other grids and contrasts", measure_grids},
-       {"scaling", "ours and hypre's PFMG on cubes of 32 to 384 voxels a side", measure_scaling}},
-      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100}},
+       {"scaling", "ours and hypre's PFMG on cubes of 32 to 512 voxels a side", measure_scaling}},
+      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100},
+       {"voxels", "Of scaling: cubes of so many voxels a side alone", Setting::Kind::number, 1,
+        512}},
       summary_of};
 }
 

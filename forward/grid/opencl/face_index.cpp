@@ -5,17 +5,12 @@ namespace kappamu::forward {
 FaceIndex face_index(const GridShape& s, Face face) {
   const FaceShape size = face_shape(s, face);
   const int axis = axis_of(face);
-  const int face_nx = s.nx + (axis == 0 ? 1 : 0);
-  const int face_ny = s.ny + (axis == 1 ? 1 : 0);
   const std::array<int, 3> cells{1, s.nx, s.nx * s.ny};
-  const std::array<int, 3> faces{1, face_nx, face_nx * face_ny};
   const auto a = static_cast<std::size_t>(axis);
   const std::size_t u = axis == 0 ? 1 : 0;
   const std::size_t v = axis == 2 ? 1 : 2;
   const int last = is_plus(face) ? s.extent(axis) - 1 : 0;
-  const int last_face = is_plus(face) ? s.extent(axis) : 0;
-  return {size.nu,  size.nv, last * cells[a], cells[u], cells[v], last_face * faces[a],
-          faces[u], faces[v]};
+  return {size.nu, size.nv, last * cells[a], cells[u], cells[v]};
 }
 
 std::array<int, 3> column_strides(const GridShape& s, Face lit) {

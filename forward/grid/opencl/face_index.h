@@ -7,10 +7,9 @@
 
 namespace kappamu::forward {
 
-/// Sample (u, v) of a face touches cell `cell + u cell_u + v cell_v` and, in the array of face
-/// conductances across the face's axis (grid_operator.cl), element `g + u g_u + v g_v`.
+/// Sample (u, v) of a face touches cell `cell + u cell_u + v cell_v`.
 struct FaceIndex {
-  int nu, nv, cell, cell_u, cell_v, g, g_u, g_v;
+  int nu, nv, cell, cell_u, cell_v;
 };
 FaceIndex face_index(const GridShape& shape, Face face);
 

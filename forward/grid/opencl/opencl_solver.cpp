@@ -64,7 +64,11 @@ class OpenclSolver final : public GridSolver {
 
   void set_medium(std::span<const double> kappa, std::span<const double> mu) override {
     validate_medium(setup_.shape, kappa, mu);
-    medium_has_changed(hierarchy_->set_medium(kappa, mu));
+    // Fields of one pattern have their size: later these places serve such fields.
+    const device::Buffer k = take_scalars(), m = take_scalars();
+    upload(context_, format_, kappa, k);
+    upload(context_, format_, mu, m);
+    assemble(k, m);
   }
 
   std::unique_ptr<BatchField> make_field(int patterns) const override {
@@ -188,8 +192,9 @@ class OpenclSolver final : public GridSolver {
 
     device::Context& context() const override { return solver_.context_; }
     void set_medium(const device::Buffer& logs) override {
-      gradient_.set_coefficients(logs, solver_.hierarchy_->kappa(), solver_.hierarchy_->mu());
-      solver_.medium_has_changed(solver_.hierarchy_->assemble());
+      const device::Buffer kappa = solver_.take_scalars(), mu = solver_.take_scalars();
+      gradient_.set_coefficients(logs, kappa, mu);
+      solver_.assemble(kappa, mu);
     }
     CoefficientPair medium() const override { return gradient_.medium(); }
     void add_gradient(const BatchField& lambda, const BatchField& phi,
@@ -220,9 +225,12 @@ class OpenclSolver final : public GridSolver {
     }
     return own;
   }
-  void medium_has_changed(bool levels) {
-    if (levels) cg_.reset();
-    if (setup_.source == SourceModel::first_collision) deposit_beam();
+  /// One of the solver's numbers for every voxel.
+  device::Buffer take_scalars() const { return pool_.take(cells() * format_.real_bytes()); }
+  /// Levels and deposit from κ and μ.
+  void assemble(const device::Buffer& kappa, const device::Buffer& mu) {
+    if (hierarchy_->set_medium(kappa, mu)) cg_.reset();
+    if (setup_.source == SourceModel::first_collision) deposit_beam(kappa, mu);
   }
   void need_medium() const {
     check(hierarchy_->has_medium(), "set_medium must come before the first use of the solver");
@@ -239,7 +247,7 @@ class OpenclSolver final : public GridSolver {
   }
 
   /// deposit_ from the medium.
-  void deposit_beam() const {
+  void deposit_beam(const device::Buffer& kappa, const device::Buffer& mu) const {
     const GridShape& s = setup_.shape;
     const Face lit = setup_.lit_face;
     const FaceIndex f = face_index(s, lit);
@@ -254,7 +262,7 @@ class OpenclSolver final : public GridSolver {
         [&](auto h, auto reflectance) {
           context_.launch(level_program(context_, format_, layout_), "first_collisions", items,
                           f.nu, f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
-                          reflectance, hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
+                          reflectance, kappa, mu, deposit_, remaining);
         },
         s.voxel_mm, fresnel_internal(setup_.eta, 1.0));
   }
@@ -277,10 +285,8 @@ class OpenclSolver final : public GridSolver {
   template <class F>
   void on_face(Face face, F launch) const {
     const FaceIndex f = face_index(setup_.shape, face);
-    const Level& level = hierarchy_->finest();
-    const int axis = axis_of(face);
-    const device::Buffer& faces = axis == 0 ? level.gx : axis == 1 ? level.gy : level.gz;
-    launch(f.nu, f.nv, f.cell, f.cell_u, f.cell_v, f.g, f.g_u, f.g_v, faces);
+    launch(f.nu, f.nv, f.cell, f.cell_u, f.cell_v, setup_.shape.nx, static_cast<int>(face),
+           hierarchy_->finest().stencils);
   }
 
   /// b = scale G_b values on the face's cells, 0 elsewhere.

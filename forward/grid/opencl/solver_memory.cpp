@@ -46,20 +46,20 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
                           const Format& format, Layout layout) {
   const std::size_t cells = setup.shape.cells();
   const auto width = static_cast<std::size_t>(lanes);
-  // Scalars per cell: κ, μ and first collisions; three weights and the smoother, on processors of
-  // the finest level only; on every level three faces, sink, inverse, stencils and weights.
-  // Vectors: r, d, z, p and one more, kernel by kernel with room for black cells in all but r; per
-  // coarse level two, or two and a half kernel by kernel, but on processors those of level 1 and
-  // all right-hand sides are borrowed of the former.
+  // Scalars per cell: κ, μ and first collisions; on every level stencils and weights, on GPUs the
+  // smoother too. Of the set-up: of two levels three faces and the sink; of the finest what it
+  // inverts, how loosely nodes are held and a weight. Vectors: r, d, z, p and one more, kernel by
+  // kernel with room for black cells in all but r; per coarse level two, or two and a half kernel
+  // by kernel, but on processors those of level 1 and all right-hand sides are borrowed of the
+  // former.
   const bool sweeps = layout == Layout::cpu;
   const std::size_t reds = half_cells(setup.shape);
-  std::size_t scalars = 3 * cells, vectors = 0, level_1 = 0, below = 0;
+  std::size_t scalars = 3 * cells, set_up = 3 * cells, vectors = 0, level_1 = 0, below = 0;
   int l = 0;
   for (GridShape s = setup.shape;; s = largest_below(s), ++l) {
-    for (int axis = 0; axis < 3; ++axis) scalars += face_count(s, axis);
-    scalars += 2 * s.cells();
-    scalars += (2 * stencil_reals + weight_reals) * half_cells(s);
-    if (!sweeps || l == 0) scalars += 4 * s.cells();
+    scalars += (2 * stencil_reals + weight_reals) * half_cells(s) + (sweeps ? 0 : s.cells());
+    if (l < 2) set_up += s.cells();
+    for (int axis = 0; l < 2 && axis < 3; ++axis) set_up += face_count(s, axis);
     if (!sweeps && l > 0) vectors += 5 * half_cells(s);
     if (sweeps && (l == 2 || l == 3)) vectors += s.cells();
     if (l == 1) level_1 = s.cells();
@@ -68,9 +68,13 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
   }
   vectors +=
       sweeps ? 2 * reds + std::max(reds, level_1) + 2 * std::max({reds, level_1, below}) : 9 * reds;
+  // Set-up and vectors take the same places in turn (Workspace), which are not filled to the brim;
+  // but of one pattern in sweeps each vector fits the place of an array.
+  const std::size_t unfilled = sweeps && lanes == 1 ? 0 : 3 * cells;
+  const std::size_t workspace = std::max(set_up, vectors * width) + unfilled;
   const std::size_t batches =
       static_cast<std::size_t>(fields) * cells * lanes_in_blocks(patterns, lanes);
-  const std::size_t reals = scalars + vectors * width + batches;
+  const std::size_t reals = scalars + workspace + batches;
   return static_cast<std::size_t>(slack * static_cast<double>(reals * format.real_bytes())) +
          slack_bytes;
 }

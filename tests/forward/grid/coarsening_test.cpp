@@ -35,6 +35,9 @@ class GridCoarsening : public testing::OnBackend {
     return device::Context::of(device::choose(device::list_devices(), GetParam().device).index);
   }
   static Format format() { return {single(), true}; }
+  static void set_medium(Hierarchy& hierarchy, const Values& kappa, const Values& mu) {
+    hierarchy.set_medium(uploaded(context(), format(), kappa), uploaded(context(), format(), mu));
+  }
 };
 
 TEST_P(GridCoarsening, AnEvenMediumIsHalvedAlongEveryAxis) {
@@ -42,7 +45,7 @@ TEST_P(GridCoarsening, AnEvenMediumIsHalvedAlongEveryAxis) {
                                  GridShape{33, 1, 7, 0.1}, GridShape{40, 40, 2, 0.5}}) {
     const GridSetup setup{.shape = shape};
     Hierarchy hierarchy(context(), format(), Layout::cpu, setup, 2.34);
-    hierarchy.set_medium(Values(shape.cells(), 0.3), Values(shape.cells(), 0.01));
+    set_medium(hierarchy, Values(shape.cells(), 0.3), Values(shape.cells(), 0.01));
     GridShape expected = shape;
     for (const Level& level : hierarchy.levels()) {
       if (expected.cells() < 64) break;  // where nearly every cell has a face of the block
@@ -61,7 +64,7 @@ TEST_P(GridCoarsening, AnisotropyIsHalvedAlongItself) {
   const GridShape shape{24, 20, 16, 0.25};
   for (int axis = 0; axis < 3; ++axis) {
     Hierarchy hierarchy(context(), format(), Layout::cpu, {.shape = shape}, 2.34);
-    hierarchy.set_medium(layers(shape, axis, 1e4), Values(shape.cells(), 0.01));
+    set_medium(hierarchy, layers(shape, axis, 1e4), Values(shape.cells(), 0.01));
     std::array<int, 3> expected{1, 1, 1};
     expected[static_cast<std::size_t>(axis)] = 0;
     EXPECT_EQ(hierarchy.levels()[1].halving, expected) << axis;

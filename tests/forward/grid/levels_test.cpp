@@ -1,6 +1,6 @@
-// Every array of every level against its definition, cell by cell in double from the arrays it is
-// made of: weights and coarse conductances (grid_coarsen.cl), sums and smoother (grid_assemble.cl).
-// Conductances of the finest level are not tested here but by grid_equivalence_test.cpp.
+// What every level keeps against its definition, cell by cell in double from what it is made of:
+// weights and coarse conductances (grid_coarsen.cl), sums and smoother (grid_assemble.cl).
+// Conductances of the finest level are not tested here but by equivalence_test.cpp.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -30,12 +30,15 @@ struct Arrays {
            c[static_cast<std::size_t>(axis)] < shape.extent(axis);
   }
   /// Face between `c` and its neighbour across `axis`, the upper (1) or lower (0).
-  double face(int axis, Cell c, int up) const {
+  double& face_at(int axis, Cell c, int up) {
     const auto a = static_cast<std::size_t>(axis);
     c[a] += up;
     GridShape faces = shape;
     (axis == 0 ? faces.nx : axis == 1 ? faces.ny : faces.nz) += 1;
     return g[a][faces.index(c[0], c[1], c[2])];
+  }
+  double face(int axis, const Cell& c, int up) const {
+    return const_cast<Arrays*>(this)->face_at(axis, c, up);
   }
   double weight(int axis, const Cell& c) const { return w[static_cast<std::size_t>(axis)][at(c)]; }
   double loose(const Cell& c) const { return std::pow(inverse[at(c)], 0.625); }
@@ -144,16 +147,51 @@ class GridLevels : public testing::OnBackend {
     context().read(buffer, all.data(), buffer.bytes());
     return {all.begin(), all.end()};
   }
+  static void set_medium(Hierarchy& hierarchy, const Values& kappa, const Values& mu) {
+    const Format format{single(), true};
+    hierarchy.set_medium(uploaded(context(), format, kappa), uploaded(context(), format, mu));
+  }
+  /// Of what a solve reads of a level: faces, sink and smoother of each cell.
   static Arrays arrays(const Level& l) {
-    Arrays a{.shape = l.shape,
+    const GridShape& s = l.shape;
+    Arrays a{.shape = s,
              .halving = l.halving,
-             .g = {values(l.gx), values(l.gy), values(l.gz)},
+             .g = {},
              .w = {},
-             .sink = values(l.sink),
-             .inverse = values(l.inverse),
-             .smoother = values(l.smoother)};
-    if (l.shape.cells() > 1) a.w = {values(l.wx), values(l.wy), values(l.wz)};
+             .sink = Values(s.cells()),
+             .inverse = Values(s.cells()),
+             .smoother = Values(s.cells())};
+    for (int axis = 0; axis < 3; ++axis) {
+      a.g[static_cast<std::size_t>(axis)].resize(face_count(s, axis));
+    }
+    const Values stencils = values(l.stencils);
+    each(s, [&](const Cell& c) {
+      const double* const of = stencils.data() + stencil_reals * stencil_of(s, c);
+      double sum = of[7];
+      for (int face = 0; face < 6; ++face) {
+        a.face_at(face / 2, c, face % 2) = of[face];
+        sum += of[face];
+      }
+      a.inverse[a.at(c)] = 1.0 / sum;
+      a.smoother[a.at(c)] = of[6];
+      a.sink[a.at(c)] = of[7];
+    });
+    // A face stands with both of its cells.
+    each(s, [&](const Cell& c) {
+      for (int face = 0; face < 6; ++face) {
+        const double stands =
+            stencils[stencil_reals * stencil_of(s, c) + static_cast<std::size_t>(face)];
+        ASSERT_EQ(stands, a.face(face / 2, c, face % 2));
+      }
+    });
     return a;
+  }
+  /// Where a row's cells of one parity of x begin, in pairs of cells, and the cell among them.
+  static std::size_t stencil_of(const GridShape& s, const Cell& c) {
+    const auto row = static_cast<std::size_t>(c[2] * s.ny + c[1]);
+    const auto pairs = static_cast<std::size_t>((s.nx + 1) / 2);
+    return (2 * row + static_cast<std::size_t>(c[0] % 2)) * pairs +
+           static_cast<std::size_t>(c[0] / 2);
   }
   /// Largest difference, relative to each expected value, above which a test fails: a few dozen
   /// roundings; 1 − w_i − w_j, where it is small, is small beside the other energies.
@@ -169,7 +207,9 @@ class GridLevels : public testing::OnBackend {
     each(l.shape, [&](const Cell& c) { smoother.push_back(expected_smoother(l, c)); });
     expect_equal(l.smoother, smoother, where + ", smoother");
   }
-  static void check_coarsening(const Arrays& l, const Arrays& coarse, const std::string& where) {
+  /// `weights`: those that the level holds, of red cells.
+  static void check_coarsening(Arrays& l, const Values& weights, const Arrays& coarse,
+                               const std::string& where) {
     Values sink(coarse.shape.cells(), 0.0);
     const auto parent = [&](const Cell& c, const GridShape& of, int across) {
       Cell p{};
@@ -183,9 +223,15 @@ class GridLevels : public testing::OnBackend {
     expect_equal(coarse.sink, sink, where + ", sink");
     for (int axis = 0; axis < 3; ++axis) {
       const auto a = static_cast<std::size_t>(axis);
-      Values weights;
-      each(l.shape, [&](const Cell& c) { weights.push_back(expected_weight(l, c, axis)); });
-      expect_equal(l.w[a], weights, where + ", weights across axis " + std::to_string(axis));
+      each(l.shape, [&](const Cell& c) {
+        l.w[a].push_back(expected_weight(l, c, axis));
+        if ((c[0] + c[1] + c[2]) % 2 != 0) return;
+        const auto row = static_cast<std::size_t>(c[2] * l.shape.ny + c[1]);
+        const std::size_t red = row * static_cast<std::size_t>((l.shape.nx + 1) / 2) +
+                                static_cast<std::size_t>(c[0] / 2);
+        ASSERT_NEAR(weights[weight_reals * red + a], l.w[a].back(), allowed() * l.w[a].back())
+            << where << ", weights across axis " << axis;
+      });
       GridShape fine_faces = l.shape, faces = coarse.shape;
       for (GridShape* s : {&fine_faces, &faces}) {
         (axis == 0 ? s->nx : axis == 1 ? s->ny : s->nz) += 1;
@@ -216,50 +262,48 @@ TEST_P(GridLevels, EqualTheirDefinition) {
       const Sides sides = layered == 1 ? Sides::mirror : Sides::open;
       Hierarchy hierarchy(context(), {single(), true}, Layout::gpu,
                           {.shape = shape, .sides = sides}, 2.34, 1);
-      hierarchy.set_medium(kappa, mu);
+      set_medium(hierarchy, kappa, mu);
       const std::vector<Level>& levels = hierarchy.levels();
       for (std::size_t l = 0; l < levels.size(); ++l) {
         const std::string where = std::to_string(shape.nx) + "x" + std::to_string(shape.ny) + "x" +
                                   std::to_string(shape.nz) + ", layers across " +
                                   std::to_string(layered) + ", level " + std::to_string(l);
-        const Arrays fine = arrays(levels[l]);
+        Arrays fine = arrays(levels[l]);
         check_level(fine, where);
-        if (l + 1 < levels.size()) check_coarsening(fine, arrays(levels[l + 1]), where);
+        EXPECT_EQ(values(levels[l].smoother), fine.smoother) << where;
+        if (l + 1 < levels.size()) {
+          check_coarsening(fine, values(levels[l].weights), arrays(levels[l + 1]), where);
+        }
       }
     }
   }
 }
 
-/// What sweeps read is what the arrays of each level hold, cell by cell.
-TEST_P(GridLevels, StencilsHoldTheArrays) {
+/// Both layouts hold the same numbers.
+TEST_P(GridLevels, LayoutsHoldTheSame) {
   for (const GridShape& shape :
        {GridShape{13, 6, 5, 0.25}, GridShape{8, 1, 7, 0.5}, GridShape{1, 1, 1, 0.5}}) {
     const auto [kappa, mu] = testing::random_medium(shape, 100, 72);
-    Hierarchy with_arrays(context(), {single(), true}, Layout::gpu, {.shape = shape}, 2.34, 1);
-    Hierarchy with_stencils(context(), {single(), true}, Layout::cpu, {.shape = shape}, 2.34);
-    with_arrays.set_medium(kappa, mu);
-    with_stencils.set_medium(kappa, mu);
-    ASSERT_EQ(with_arrays.levels().size(), with_stencils.levels().size());
-    for (std::size_t l = 0; l < with_arrays.levels().size(); ++l) {
-      const Arrays a = arrays(with_arrays.levels()[l]);
-      const Values stencils = values(with_stencils.levels()[l].stencils);
-      const Values weights = values(with_stencils.levels()[l].weights);
-      const int pairs = (a.shape.nx + 1) / 2;
-      each(a.shape, [&](const Cell& c) {
-        const auto row = static_cast<std::size_t>(c[2] * a.shape.ny + c[1]);
-        const auto half =
-            row * static_cast<std::size_t>(pairs) + static_cast<std::size_t>(c[0] / 2);
-        const std::size_t stencil =
-            half + (row + static_cast<std::size_t>(c[0] % 2)) * static_cast<std::size_t>(pairs);
-        const auto real = [&](std::size_t k) { return stencils[stencil * stencil_reals + k]; };
-        for (int face = 0; face < 6; ++face) {
-          EXPECT_EQ(real(static_cast<std::size_t>(face)), a.face(face / 2, c, face % 2));
+    Hierarchy of_gpu(context(), {single(), true}, Layout::gpu, {.shape = shape}, 2.34, 1);
+    Hierarchy of_cpu(context(), {single(), true}, Layout::cpu, {.shape = shape}, 2.34);
+    set_medium(of_gpu, kappa, mu);
+    set_medium(of_cpu, kappa, mu);
+    ASSERT_EQ(of_gpu.levels().size(), of_cpu.levels().size());
+    for (std::size_t l = 0; l < of_gpu.levels().size(); ++l) {
+      const Level &one = of_gpu.levels()[l], &other = of_cpu.levels()[l];
+      const Values a = values(one.stencils), b = values(other.stencils);
+      const Values v = values(one.weights), w = values(other.weights);
+      each(one.shape, [&](const Cell& c) {
+        const std::size_t at = stencil_of(one.shape, c);
+        for (std::size_t k = at * stencil_reals; k < (at + 1) * stencil_reals; ++k) {
+          EXPECT_EQ(a[k], b[k]);
         }
-        EXPECT_EQ(real(6), a.smoother[a.at(c)]);
-        EXPECT_EQ(real(7), a.sink[a.at(c)]);
-        if (a.shape.cells() == 1 || (c[0] + c[1] + c[2]) % 2 != 0) return;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          EXPECT_EQ(weights[half * weight_reals + axis], a.w[axis][a.at(c)]);
+        if (one.shape.cells() == 1 || (c[0] + c[1] + c[2]) % 2 != 0) return;
+        const auto row = static_cast<std::size_t>(c[2] * one.shape.ny + c[1]);
+        const std::size_t red = row * static_cast<std::size_t>((one.shape.nx + 1) / 2) +
+                                static_cast<std::size_t>(c[0] / 2);
+        for (std::size_t k = red * weight_reals; k < (red + 1) * weight_reals; ++k) {
+          EXPECT_EQ(v[k], w[k]);
         }
       });
     }
@@ -271,7 +315,7 @@ TEST_P(GridLevels, TheLastOfAGpuHoldsTheInverse) {
   for (const GridShape& shape : {GridShape{13, 12, 10, 0.25}, GridShape{9, 2, 31, 0.5}}) {
     const auto [kappa, mu] = testing::random_medium(shape, 100, 73);
     Hierarchy hierarchy(context(), {single(), true}, Layout::gpu, {.shape = shape}, 2.34);
-    hierarchy.set_medium(kappa, mu);
+    set_medium(hierarchy, kappa, mu);
     const Level& last = hierarchy.levels().back();
     const Arrays a = arrays(last);
     const GridShape& s = a.shape;

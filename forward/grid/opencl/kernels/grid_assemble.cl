@@ -185,15 +185,12 @@ kernel void make_smoother(const int nx, const int ny, const int nz, const REAL o
   }
 }
 
-// What sweeps read of a cell, side by side (Stencil in grid_stream_prelude.cl): the conductances of
-// its six faces, smoother and sink; of a row, the cells with even x come first. And the weights of
-// interpolation of red cells (Weights). One item per row.
+// What sweeps read of a cell, side by side (Stencil in grid_stencil_prelude.cl): the conductances of
+// its six faces, smoother and sink; of a row, the cells with even x come first. One item per row.
 kernel void pack_stencils(const int nx, const int ny, const int nz, global const REAL* restrict gx,
                           global const REAL* restrict gy, global const REAL* restrict gz,
                           global const REAL* restrict sink, global const REAL* restrict smoother,
-                          const int with_weights, global const REAL* restrict wx,
-                          global const REAL* restrict wy, global const REAL* restrict wz,
-                          global REAL* restrict stencils, global REAL* restrict weights) {
+                          global REAL* restrict stencils) {
   const int pairs = (nx + 1) >> 1;
   FOR_ROW_OF(pairs, ny * nz)
   const int y = row % ny, z = row / ny;
@@ -215,12 +212,15 @@ kernel void pack_stencils(const int nx, const int ny, const int nz, global const
       to[7] = sink[first + x];
     }
   }
-  const int red = (y ^ z) & 1;
-  FOR_CELLS(pair, 0, with_weights ? (nx + 1 - red) >> 1 : 0) {
-    const size_t x = first + 2 * pair + red;
-    global REAL* to = weights + 3 * ((size_t)row * pairs + pair);
-    to[0] = wx[x];
-    to[1] = wy[x];
-    to[2] = wz[x];
-  }
+}
+
+// Of red cells, their weights of interpolation across one axis (Weights). One item per row.
+kernel void pack_weights(const int axis, const int nx, const int ny, const int nz,
+                         global const REAL* restrict weight, global REAL* restrict weights) {
+  const int pairs = (nx + 1) >> 1;
+  FOR_ROW_OF(pairs, ny * nz)
+  const int red = (row % ny ^ row / ny) & 1;
+  weight += (size_t)row * nx + red;
+  weights += 3 * (size_t)row * pairs + axis;
+  FOR_CELLS(pair, 0, (nx + 1 - red) >> 1) weights[3 * pair] = weight[2 * pair];
 }

@@ -80,14 +80,15 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
 
 // The same where x + d is zero, whatever x holds, to REAL's rounding: r = b_r + Σ G b_b / D. Tiles
 // without a rim.
-kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* restrict inverse,
-                             global const vec* restrict rhs, global vec* restrict x_out,
-                             global vec* restrict r, global accu_vec* restrict sums) {
+kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const vec* restrict rhs,
+                             global vec* restrict x_out, global vec* restrict r,
+                             global accu_vec* restrict sums) {
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
   const size_t plane = (size_t)nx * ny;
   sums += 2 * first_sum(own, tile_x, tile_z, nx, ny);
-#define BLACK_AT(i) (inverse[i] * rhs[i])
+// The smoother of a black cell is 1 / D. Cell i is x of row (y, z).
+#define BLACK_AT(i, x, y, z) (stencils[STENCIL_ROW(y, z, (x)&1) + ((x) >> 1)].smoother * rhs[i])
   for (int y = own.y0; y < own.y1; ++y) {
     accu_vec rr = (accu_vec)(0), bb = (accu_vec)(0);
     for (int k = own.z0; k < own.z1; ++k) {
@@ -99,18 +100,18 @@ kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* 
         const accu_vec right = to_accu(rhs[i]);
         bb += right * right;
         if ((x ^ red) & 1) {
-          STREAM_OUT(BLACK_AT(i), x_out + i);
+          STREAM_OUT(BLACK_AT(i, x, y, k), x_out + i);
           continue;
         }
         STREAM_OUT((vec)(0), x_out + i);
         const Stencil s = g[x >> 1];
         vec inflow = (vec)(0);
-        if (x > 0) inflow += s.west * BLACK_AT(i - 1);
-        if (x + 1 < nx) inflow += s.east * BLACK_AT(i + 1);
-        if (y > 0) inflow += s.south * BLACK_AT(i - nx);
-        if (y + 1 < ny) inflow += s.north * BLACK_AT(i + nx);
-        if (k > 0) inflow += s.down * BLACK_AT(i - plane);
-        if (k + 1 < nz) inflow += s.up * BLACK_AT(i + plane);
+        if (x > 0) inflow += s.west * BLACK_AT(i - 1, x - 1, y, k);
+        if (x + 1 < nx) inflow += s.east * BLACK_AT(i + 1, x + 1, y, k);
+        if (y > 0) inflow += s.south * BLACK_AT(i - nx, x, y - 1, k);
+        if (y + 1 < ny) inflow += s.north * BLACK_AT(i + nx, x, y + 1, k);
+        if (k > 0) inflow += s.down * BLACK_AT(i - plane, x, y, k - 1);
+        if (k + 1 < nz) inflow += s.up * BLACK_AT(i + plane, x, y, k + 1);
         const accu_vec residual = right + to_accu(inflow);
         STREAM_OUT(to_vec(residual), to + (x >> 1));
         rr += residual * residual;

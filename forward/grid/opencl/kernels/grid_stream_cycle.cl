@@ -340,18 +340,21 @@ kernel void stream_up(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS, COARSE
   }
 }
 
+#define INVERSE_OF_ONE_CELL(g) \
+  (1 / ((g)->west + (g)->east + (g)->south + (g)->north + (g)->down + (g)->up + (g)->sink))
+
 // The last level is a single cell.
-kernel void solve_last(global const REAL* restrict inverse, global const vec* restrict rhs,
+kernel void solve_last(global const Stencil* restrict g, global const vec* restrict rhs,
                        global vec* restrict solution) {
   if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
-  solution[0] = inverse[0] * rhs[0];
+  solution[0] = INVERSE_OF_ONE_CELL(g) * rhs[0];
 }
 
 // The cycle and its sums where the finest grid is a single cell already.
 kernel void cycle_of_one_cell(global const Stencil* restrict g, global const vec* restrict rhs,
                               global vec* restrict solution, global accu_vec* restrict dots) {
   if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
-  const REAL inverse = 1 / (g->west + g->east + g->south + g->north + g->down + g->up + g->sink);
+  const REAL inverse = INVERSE_OF_ONE_CELL(g);
   const vec z = inverse * rhs[0];
   solution[0] = z;
   dots[0] = to_accu(z * rhs[0]);

@@ -1,18 +1,20 @@
 // What goes in and out of the block, and the sums a gradient is made of. Fields are
 // [z][y][x][GROUPS] vectors; face samples [v][u][GROUPS]. A face is told by affine indices: its
-// sample (u, v) touches cell `cell + u cell_u + v cell_v` and face conductance `g + u g_u + v g_v`.
+// sample (u, v) touches cell `cell + u cell_u + v cell_v` of rows of nx cells; the face is the
+// `side`th of the cell's stencil.
 
-#define FACE_SETUP                                                                            \
-  const int group = (int)get_global_id(0);                                                    \
-  const int k = (int)get_global_id(1);                                                        \
-  if (group >= GROUPS || k >= nu * nv) return;                                                \
-  const int u = k % nu, v = k / nu;                                                           \
-  const size_t i = ((size_t)cell + (size_t)u * cell_u + (size_t)v * cell_v) * GROUPS + group; \
-  const REAL conductance = faces[(size_t)g + (size_t)u * g_u + (size_t)v * g_v];
+#define FACE_SETUP                                                                              \
+  const int group = (int)get_global_id(0);                                                      \
+  const int k = (int)get_global_id(1);                                                          \
+  if (group >= GROUPS || k >= nu * nv) return;                                                  \
+  const int u = k % nu, v = k / nu, at = cell + u * cell_u + v * cell_v, x = at % nx;           \
+  const size_t i = (size_t)at * GROUPS + group;                                                 \
+  global const Stencil* of_cell = stencils + ((size_t)(at / nx) * 2 + (x & 1)) * HALF + x / 2;  \
+  const REAL conductance = ((global const REAL*)of_cell)[side];
 
-#define FACE_ARGUMENTS                                                                         \
-  const int nu, const int nv, const int cell, const int cell_u, const int cell_v, const int g, \
-      const int g_u, const int g_v, global const REAL *restrict faces
+#define FACE_ARGUMENTS                                                                          \
+  const int nu, const int nv, const int cell, const int cell_u, const int cell_v, const int nx, \
+      const int side, global const Stencil *restrict stencils
 
 // b += scale G value on the face's cells.
 kernel void add_on_face(FACE_ARGUMENTS, const REAL scale, global const vec* restrict value,

@@ -73,8 +73,8 @@ void BatchedCg::apply(const LaneKernels& kernels, const device::Buffer& in,
                       const device::Buffer& out) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
-  context_.launch(kernels.common(), "apply", kernels.rows(s), s.nx, s.ny, s.nz, level.gx, level.gy,
-                  level.gz, level.sink, in, out);
+  context_.launch(kernels.common(), "apply", kernels.rows(s), s.nx, s.ny, s.nz, level.stencils, in,
+                  out);
 }
 
 }  // namespace kappamu::forward

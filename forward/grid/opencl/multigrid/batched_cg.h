@@ -20,7 +20,7 @@ namespace kappamu::forward {
 
 class BatchedCg {
  public:
-  /// Work space for at most `lanes` patterns at once.
+  /// Vectors for at most `lanes` patterns at once, in the hierarchy's workspace.
   BatchedCg(device::Context& context, const Format& format, const Hierarchy& hierarchy,
             Layout layout, int lanes);
 

@@ -44,7 +44,7 @@ class CgSteps {
   virtual void restart() = 0;
 };
 
-/// Work space for at most `lanes` patterns at once.
+/// Vectors for at most `lanes` patterns at once, in the hierarchy's workspace.
 std::unique_ptr<CgSteps> make_flat_steps(device::Context& context, const Format& format,
                                          const Hierarchy& hierarchy, int lanes);
 std::unique_ptr<CgSteps> make_stream_steps(device::Context& context, const Format& format,

@@ -8,8 +8,8 @@ FlatCycle::FlatCycle(device::Context& context, const Format& format, const Hiera
   for (std::size_t l = 1; l < hierarchy.levels().size(); ++l) {
     const std::size_t bytes = half_cells(hierarchy.levels()[l].shape) *
                               static_cast<std::size_t>(lanes) * format.real_bytes();
-    coarse_.push_back(
-        {context.allocate(2 * bytes), context.allocate(2 * bytes), context.allocate(bytes)});
+    Workspace& work = hierarchy.workspace();
+    coarse_.push_back({work.take(2 * bytes), work.take(2 * bytes), work.take(bytes)});
   }
 }
 

@@ -12,7 +12,8 @@ namespace kappamu::forward {
 
 class FlatCycle {
  public:
-  /// Work space for the coarse levels at `lanes` patterns, the most any call will use.
+  /// Takes fields for the coarse levels at `lanes` patterns, the most any call will use, from the
+  /// hierarchy's workspace.
   FlatCycle(device::Context& context, const Format& format, const Hierarchy& hierarchy, int lanes);
 
   /// z = M r on red cells of the finest level, and partial sums of r·z (LaneKernels::partials).

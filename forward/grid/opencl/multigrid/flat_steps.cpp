@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "forward/grid/opencl/multigrid/cg_steps.h"
 #include "forward/grid/opencl/multigrid/flat_cycle.h"
 
@@ -27,7 +29,7 @@ class FlatSteps final : public CgSteps {
 
   device::Context& context_;
   const Hierarchy& hierarchy_;
-  FlatCycle cycle_;
+  std::optional<FlatCycle> cycle_;  ///< takes its fields after those of the finest level
   LaneSums sums_;
   std::size_t reds_;    ///< places of one colour
   std::size_t vector_;  ///< [bytes]
@@ -46,15 +48,15 @@ FlatSteps::FlatSteps(device::Context& context, const Format& format, const Hiera
                      int lanes)
     : context_(context),
       hierarchy_(hierarchy),
-      cycle_(context, format, hierarchy, lanes),
       sums_(context, format),
       reds_(half_cells(hierarchy.finest().shape)),
       vector_(static_cast<std::size_t>(lanes) * format.real_bytes()) {
-  for (device::Buffer* field : {&d_, &z_, &p_, &image_}) {
-    *field = context.allocate(2 * reds_ * vector_);
-  }
+  Workspace& work = hierarchy.workspace();
+  work.begin(reds_ * vector_);
+  for (device::Buffer* field : {&d_, &z_, &p_, &image_}) *field = work.take(2 * reds_ * vector_);
   // A right-hand side of the last level, which a single cell is, has black places too.
-  r_ = context.allocate((hierarchy.levels().size() > 1 ? reds_ : 2 * reds_) * vector_);
+  r_ = work.take((hierarchy.levels().size() > 1 ? reds_ : 2 * reds_) * vector_);
+  cycle_.emplace(context, format, hierarchy, lanes);
   const std::size_t scalars = static_cast<std::size_t>(lanes) * format.accu_bytes();
   partial_ = context.allocate(LaneKernels::most_partials * scalars);
   for (device::Buffer* scalar : {&rz_[0], &rz_[1], &energy_, &rr_, &bb_}) {
@@ -97,7 +99,7 @@ LaneScalars FlatSteps::step(const LaneKernels& kernels) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
   const device::Buffer &rz = rz_[now_], &rz_before = rz_[1 - now_];
-  cycle_.precondition(kernels, r_, z_, image_, partial_);
+  cycle_->precondition(kernels, r_, z_, image_, partial_);
   sums_.add_up(kernels, partial_, kernels.partials(s), rz);
   context_.launch(kernels.steps(), "next_direction", kernels.flat(reds_), static_cast<int>(reds_),
                   int{fresh_}, rz, rz_before, z_, p_);

@@ -57,15 +57,16 @@ device::Buffer uploaded(device::Context& context, const Format& format,
 }
 
 namespace {
+/// The first `count` values.
 std::vector<double> downloaded(device::Context& context, const Format& format,
-                               const device::Buffer& buffer) {
-  std::vector<double> values(buffer.bytes() / format.real_bytes());
+                               const device::Buffer& buffer, std::size_t count) {
+  std::vector<double> values(count);
   if (!format.single) {
-    context.read(buffer, values.data(), buffer.bytes());
+    context.read(buffer, values.data(), count * sizeof(double));
     return values;
   }
-  std::vector<float> rounded(values.size());
-  context.read(buffer, rounded.data(), buffer.bytes());
+  std::vector<float> rounded(count);
+  context.read(buffer, rounded.data(), count * sizeof(float));
   std::copy(rounded.begin(), rounded.end(), values.begin());
   return values;
 }
@@ -84,10 +85,8 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layo
       setup_(setup),
       robin_A_(robin_A),
       cells_to_invert_(cells_to_invert),
-      program_(level_program(context, format, layout)) {
-  const std::size_t unit = format.real_bytes();
-  kappa_ = context.allocate(setup.shape.cells() * unit);
-  mu_ = context.allocate(setup.shape.cells() * unit);
+      program_(level_program(context, format, layout)),
+      workspace_(context) {
   levels_.push_back(allocate_level(setup.shape));
 }
 
@@ -95,24 +94,18 @@ Level Hierarchy::allocate_level(const GridShape& shape) const {
   const std::size_t unit = format_.real_bytes();
   Level level;
   level.shape = shape;
-  level.gx = context_.allocate(face_count(shape, 0) * unit);
-  level.gy = context_.allocate(face_count(shape, 1) * unit);
-  level.gz = context_.allocate(face_count(shape, 2) * unit);
-  std::vector<device::Buffer*> fields{&level.sink, &level.inverse};
-  if (layout_ == Layout::cpu && !levels_.empty()) {
-    const Level& lender = levels_.front();
-    level.smoother = lender.smoother;
-    level.wx = lender.wx;
-    level.wy = lender.wy;
-    level.wz = lender.wz;
-  } else {
-    fields.push_back(&level.smoother);
-    if (shape.cells() > 1) fields.insert(fields.end(), {&level.wx, &level.wy, &level.wz});
-  }
-  for (device::Buffer* field : fields) *field = context_.allocate(shape.cells() * unit);
   level.stencils = context_.allocate(2 * half_cells(shape) * stencil_reals * unit);
   level.weights = context_.allocate(half_cells(shape) * weight_reals * unit);
+  if (layout_ == Layout::gpu) level.smoother = context_.allocate(shape.cells() * unit);
   return level;
+}
+
+Hierarchy::Arrays Hierarchy::take_arrays(const GridShape& shape) const {
+  const auto take = [&](std::size_t count) {
+    return workspace_.take(count * format_.real_bytes());
+  };
+  return {take(face_count(shape, 0)), take(face_count(shape, 1)), take(face_count(shape, 2)),
+          take(shape.cells())};
 }
 
 bool Hierarchy::ensure_level(std::size_t l) {
@@ -126,13 +119,13 @@ bool Hierarchy::ensure_level(std::size_t l) {
   return true;
 }
 
-std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
-  const GridShape& s = level.shape;
+std::array<int, 3> Hierarchy::strong_axes(const GridShape& s, const Arrays& fine,
+                                          const device::Buffer& inverse) const {
   const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
   const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
   const std::size_t items = layout_ == Layout::gpu ? row_items : 1;
-  context_.launch(program_, "axis_shares", {items, rows, items, 1}, s.nx, s.ny, s.nz, level.gx,
-                  level.gy, level.gz, level.inverse, shares);
+  context_.launch(program_, "axis_shares", {items, rows, items, 1}, s.nx, s.ny, s.nz, fine.gx,
+                  fine.gy, fine.gz, inverse, shares);
   std::array<double, 3> sum{};
   const auto add_up = [&](auto zero) {
     std::vector<decltype(zero)> values(3 * rows);
@@ -156,46 +149,51 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
   return halving;
 }
 
-bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double> mu) {
-  upload(context_, format_, kappa, kappa_);
-  upload(context_, format_, mu, mu_);
-  return assemble();
-}
-
-bool Hierarchy::assemble() {
-  const Level& level = levels_.front();
-  const GridShape& s = level.shape;
-  const auto finest = [&](auto h, auto A) {
+bool Hierarchy::set_medium(const device::Buffer& kappa, const device::Buffer& mu) {
+  const GridShape& s = levels_.front().shape;
+  const std::size_t field = s.cells() * format_.real_bytes();
+  workspace_.begin(0);
+  SetUp set_up;
+  set_up.of_level[0] = take_arrays(s);
+  for (device::Buffer* place : {&set_up.inverse, &set_up.loose, &set_up.weight}) {
+    *place = workspace_.take(field);
+  }
+  const auto assemble = [&](auto h, auto A) {
+    const Arrays& to = set_up.of_level[0];
     context_.launch(program_, "assemble", scalar_rows(layout_, s), s.nx, s.ny, s.nz, h, A,
                     int{is_open(setup_, Face::x_minus)}, int{is_open(setup_, Face::y_minus)},
-                    int{is_open(setup_, Face::z_minus)}, kappa_, mu_, level.gx, level.gy, level.gz,
-                    level.sink);
+                    int{is_open(setup_, Face::z_minus)}, kappa, mu, to.gx, to.gy, to.gz, to.sink);
   };
   if (format_.single) {
-    finest(static_cast<float>(s.voxel_mm), static_cast<float>(robin_A_));
+    assemble(static_cast<float>(s.voxel_mm), static_cast<float>(robin_A_));
   } else {
-    finest(s.voxel_mm, robin_A_);
+    assemble(s.voxel_mm, robin_A_);
   }
   bool changed = false;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
-    Level& at = levels_[l];
-    // Until the level is coarsened its smoother's place holds what places the nodes.
-    const device::Buffer& loose = at.smoother;
-    context_.launch(program_, "invert_diagonal", scalar_rows(layout_, at.shape), at.shape.nx,
-                    at.shape.ny, at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
+    const GridShape shape = levels_[l].shape;
+    const Arrays& from = set_up.of_level[l % 2];
+    context_.launch(program_, "invert_diagonal", scalar_rows(layout_, shape), shape.nx, shape.ny,
+                    shape.nz, from.gx, from.gy, from.gz, from.sink, set_up.inverse, set_up.loose);
     if (!is_last(l)) {
-      const std::array<int, 3> before = at.halving;
-      at.halving = strong_axes(at);
-      changed = ensure_level(l + 1) || before != at.halving || changed;
-      coarsen(levels_[l], levels_[l + 1]);
+      const std::array<int, 3> before = levels_[l].halving;
+      levels_[l].halving = strong_axes(shape, from, set_up.inverse);
+      changed = ensure_level(l + 1) || before != levels_[l].halving || changed;
+      const GridShape below = levels_[l + 1].shape;
+      // Levels further down find room in the places of those two above.
+      if (l == 0) set_up.of_level[1] = take_arrays(below);
+      coarsen(levels_[l], below, from, set_up.of_level[1 - l % 2], set_up);
     } else {
       changed = changed || l + 1 < levels_.size();
       levels_.resize(l + 1);
+      if (layout_ == Layout::gpu) invert_matrix(levels_[l], from);
     }
-    make_smoother(levels_[l]);
-    pack_stencils(levels_[l]);
+    const Level& level = levels_[l];
+    const device::Buffer& smoother = layout_ == Layout::gpu ? level.smoother : set_up.loose;
+    make_smoother(shape, from, set_up.inverse, smoother);
+    context_.launch(program_, "pack_stencils", scalar_rows(layout_, shape), shape.nx, shape.ny,
+                    shape.nz, from.gx, from.gy, from.gz, from.sink, smoother, level.stencils);
   }
-  if (layout_ == Layout::gpu) invert_matrix(levels_.back());
   has_medium_ = true;
   return changed;
 }
@@ -205,16 +203,18 @@ bool Hierarchy::is_last(std::size_t l) const {
   return cells == 1 || (layout_ == Layout::gpu && l > 0 && cells <= cells_to_invert_);
 }
 
-void Hierarchy::invert_matrix(Level& level) const {
+void Hierarchy::invert_matrix(Level& level, const Arrays& arrays) const {
   const GridShape& s = level.shape;
   const auto place = [&](int x, int y, int z) {
     const int colour = (x ^ y ^ z) & 1;
     return ((colour * s.nz + z) * s.ny + y) * ((s.nx + 1) / 2) + x / 2;
   };
-  const std::vector<double> gx = downloaded(context_, format_, level.gx),
-                            gy = downloaded(context_, format_, level.gy),
-                            gz = downloaded(context_, format_, level.gz),
-                            sink = downloaded(context_, format_, level.sink);
+  const auto faces = [&](int axis, const device::Buffer& buffer) {
+    return downloaded(context_, format_, buffer, face_count(s, axis));
+  };
+  const std::vector<double> gx = faces(0, arrays.gx), gy = faces(1, arrays.gy),
+                            gz = faces(2, arrays.gz),
+                            sink = downloaded(context_, format_, arrays.sink, s.cells());
   const auto places = static_cast<Eigen::Index>(2 * half_cells(s));
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(places, places);
   const auto add_face = [&](double g, int here, bool inside, int there) {
@@ -248,26 +248,17 @@ void Hierarchy::invert_matrix(Level& level) const {
       uploaded(context_, format_, {inverse.data(), static_cast<std::size_t>(inverse.size())});
 }
 
-void Hierarchy::make_smoother(const Level& level) const {
-  const GridShape& s = level.shape;
+void Hierarchy::make_smoother(const GridShape& s, const Arrays& arrays,
+                              const device::Buffer& inverse, const device::Buffer& smoother) const {
   const auto launch = [&](auto omega) {
     context_.launch(program_, "make_smoother", scalar_rows(layout_, s), s.nx, s.ny, s.nz, omega,
-                    level.gx, level.gy, level.gz, level.sink, level.inverse, level.smoother);
+                    arrays.gx, arrays.gy, arrays.gz, arrays.sink, inverse, smoother);
   };
   if (format_.single) {
     launch(static_cast<float>(damping));
   } else {
     launch(damping);
   }
-}
-
-void Hierarchy::pack_stencils(const Level& level) const {
-  const GridShape& s = level.shape;
-  const bool last = level.shape.cells() == levels_.back().shape.cells();
-  context_.launch(program_, "pack_stencils", scalar_rows(layout_, s), s.nx, s.ny, s.nz, level.gx,
-                  level.gy, level.gz, level.sink, level.smoother, int{!last},
-                  last ? level.sink : level.wx, last ? level.sink : level.wy,
-                  last ? level.sink : level.wz, level.stencils, level.weights);
 }
 
 void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,
@@ -278,37 +269,39 @@ void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,
                   sums);
 }
 
-void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
-  const GridShape& f = fine.shape;
-  const std::array<int, 3>& half = fine.halving;
+void Hierarchy::coarsen(const Level& level, const GridShape& below, const Arrays& fine,
+                        const Arrays& coarse, const SetUp& set_up) const {
+  const GridShape& f = level.shape;
+  const std::array<int, 3>& half = level.halving;
+  const device::Buffer &loose = set_up.loose, &weight = set_up.weight;
   const std::array<const device::Buffer*, 3> fine_faces{&fine.gx, &fine.gy, &fine.gz};
   const std::array<const device::Buffer*, 3> coarse_faces{&coarse.gx, &coarse.gy, &coarse.gz};
-  const std::array<const device::Buffer*, 3> weights{&fine.wx, &fine.wy, &fine.wz};
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const GridShape faces = with_faces(coarse.shape, axis);
+    const GridShape faces = with_faces(below, axis);
     if (half[a] == 0) {
-      context_.zero(*weights[a], f.cells() * format_.real_bytes());
+      context_.zero(weight, f.cells() * format_.real_bytes());
       sum_children(with_faces(f, axis), faces, half, *fine_faces[a], *coarse_faces[a]);
     } else if (axis == 0) {
       context_.launch(program_, "weights_in_rows", scalar_rows(layout_, f), f.nx, f.ny, f.nz,
-                      fine.gx, fine.smoother, fine.wx);
+                      fine.gx, loose, weight);
       context_.launch(program_, "coarsen_faces_in_rows", scalar_rows(layout_, faces), f.nx, f.ny,
-                      f.nz, half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
-                      coarse.gx);
+                      f.nz, half[1], half[2], fine.gx, fine.gy, fine.gz, loose, weight, coarse.gx);
     } else {
       const std::size_t other = 3 - a;
       std::array<int, 3> alone{};
       alone[a] = 1;
       const GridShape face_rows = with_faces(coarser_grid(f, alone), axis);
       context_.launch(program_, "weights_between_rows", scalar_rows(layout_, face_rows), axis, f.nx,
-                      f.ny, f.nz, *fine_faces[a], fine.smoother, *weights[a]);
+                      f.ny, f.nz, *fine_faces[a], loose, weight);
       context_.launch(program_, "coarsen_faces_between_rows", scalar_rows(layout_, faces), axis,
                       f.nx, f.ny, f.nz, half[0], half[other], fine.gx, *fine_faces[a],
-                      *fine_faces[other], fine.smoother, *weights[a], *coarse_faces[a]);
+                      *fine_faces[other], loose, weight, *coarse_faces[a]);
     }
+    context_.launch(program_, "pack_weights", scalar_rows(layout_, f), axis, f.nx, f.ny, f.nz,
+                    weight, level.weights);
   }
-  sum_children(f, coarse.shape, half, fine.sink, coarse.sink);
+  sum_children(f, below, half, fine.sink, coarse.sink);
 }
 
 }  // namespace kappamu::forward

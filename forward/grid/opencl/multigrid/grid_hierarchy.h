@@ -15,6 +15,7 @@
 #include "device/context.h"
 #include "forward/grid/grid_solver.h"
 #include "forward/grid/opencl/kernels/grid_kernels.h"
+#include "forward/grid/opencl/multigrid/workspace.h"
 
 namespace kappamu::forward {
 
@@ -22,13 +23,11 @@ struct Level {
   GridShape shape;
   std::array<int, 3> halving{1, 1,
                              1};  ///< axes coarsened twofold towards the next level (1) or not (0)
-  device::Buffer gx, gy, gz, sink;  ///< layouts: grid_operator.cl
-  device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
-  device::Buffer smoother;          ///< make_smoother in grid_assemble.cl
-  device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last
-  /// What the cycle reads of a cell, together (pack_stencils in grid_assemble.cl). With Layout::cpu
-  /// the level's smoother and weights are in there only: the four arrays above serve all levels.
+  /// What a solve reads of a cell, together: Stencil and Weights in grid_stencil_prelude.cl; the
+  /// weights interpolate from the next level and mean nothing on the last.
   device::Buffer stencils, weights;
+  /// With Layout::gpu: the stencils' smoother once more, [z][y][x].
+  device::Buffer smoother;
   /// Of the last level with Layout::gpu: the inverse of its matrix (solve_last in
   /// grid_flat_cycle.cl).
   device::Buffer solve;
@@ -41,31 +40,43 @@ class Hierarchy {
   Hierarchy(device::Context& context, const Format& format, Layout layout, const GridSetup& setup,
             double robin_A, std::size_t cells_to_invert = 64);
 
-  /// Returns whether the levels' shapes have changed: work space made for them is then void.
-  bool set_medium(std::span<const double> kappa, std::span<const double> mu);
-  /// The same of what kappa() and mu() hold.
-  bool assemble();
+  /// From κ and μ, [z][y][x]. Returns whether the levels' shapes have changed: work space made for
+  /// them is then void.
+  bool set_medium(const device::Buffer& kappa, const device::Buffer& mu);
   bool has_medium() const { return has_medium_; }
-  /// κ and μ, [z][y][x]
-  const device::Buffer& kappa() const { return kappa_; }
-  const device::Buffer& mu() const { return mu_; }
   const std::vector<Level>& levels() const { return levels_; }
   const Level& finest() const { return levels_.front(); }
+  /// Used by set_medium(); between two calls it is the solver's.
+  Workspace& workspace() const { return workspace_; }
 
  private:
-  std::array<int, 3> strong_axes(const Level& level) const;
+  /// What only the set-up needs of a level; layouts: grid_operator.cl.
+  struct Arrays {
+    device::Buffer gx, gy, gz, sink;
+  };
+  /// Places for all levels in turn.
+  struct SetUp {
+    std::array<Arrays, 2> of_level;  ///< even and odd ones
+    device::Buffer inverse;          ///< 1 / (Σ G + S) of each cell
+    device::Buffer loose;            ///< of invert_diagonal; then, with Layout::cpu, the smoother
+    device::Buffer weight;           ///< of interpolation across one axis
+  };
+  Arrays take_arrays(const GridShape& shape) const;
+  std::array<int, 3> strong_axes(const GridShape& shape, const Arrays& fine,
+                                 const device::Buffer& inverse) const;
   /// The level under `l`, allocated anew if another shape was there.
   bool ensure_level(std::size_t l);
-  /// Fills `coarse` and fine's weights; fine.smoother must hold `loose` of invert_diagonal.
-  void coarsen(const Level& fine, const Level& coarse);
+  /// Fills `coarse`, the arrays of the level below, and the level's weights.
+  void coarsen(const Level& level, const GridShape& below, const Arrays& fine, const Arrays& coarse,
+               const SetUp& set_up) const;
   /// `sums` of coarse cells or faces from the `values` of the fine ones in them.
   void sum_children(const GridShape& fine, const GridShape& coarse,
                     const std::array<int, 3>& halving, const device::Buffer& values,
                     const device::Buffer& sums) const;
-  void make_smoother(const Level& level) const;
-  void pack_stencils(const Level& level) const;
+  void make_smoother(const GridShape& shape, const Arrays& arrays, const device::Buffer& inverse,
+                     const device::Buffer& smoother) const;
   bool is_last(std::size_t l) const;
-  void invert_matrix(Level& level) const;
+  void invert_matrix(Level& level, const Arrays& arrays) const;
   Level allocate_level(const GridShape& shape) const;
 
   device::Context& context_;
@@ -75,7 +86,7 @@ class Hierarchy {
   double robin_A_;
   std::size_t cells_to_invert_;
   device::Program& program_;
-  device::Buffer kappa_, mu_;
+  mutable Workspace workspace_;
   std::vector<Level> levels_;
   bool has_medium_ = false;
 };

@@ -97,14 +97,16 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
     return (levels[l].shape.cells() * vector + unit - 1) / unit * unit;
   };
   for (std::size_t l = 2; l < levels.size(); ++l) right_sides += part_bytes(l);
-  for (device::Buffer* field : {&r_, &d_}) *field = context.allocate(red_bytes);
-  z_ = context.allocate(std::max(red_bytes, level_1));
-  for (device::Buffer& p : p_) p = context.allocate(std::max({red_bytes, level_1, right_sides}));
+  Workspace& work = hierarchy.workspace();
+  work.begin(red_bytes);
+  for (device::Buffer* field : {&r_, &d_}) *field = work.take(red_bytes);
+  z_ = work.take(std::max(red_bytes, level_1));
+  for (device::Buffer& p : p_) p = work.take(std::max({red_bytes, level_1, right_sides}));
   std::size_t offset = 0;
   for (std::size_t l = 2; l < levels.size(); ++l) {
     const std::size_t bytes = levels[l].shape.cells() * vector;
     coarse_.push_back({{context.part(p_[0], offset, bytes), context.part(p_[1], offset, bytes)},
-                       l < 4 ? context.allocate(bytes) : coarse_[l - 4].solution});
+                       l < 4 ? work.take(bytes) : coarse_[l - 4].solution});
     offset += part_bytes(l);
   }
   scratch_ = context.allocate(scratch * vector);
@@ -134,7 +136,7 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   if (l + 2 < hierarchy_.levels().size()) {
     cycle(kernels, l + 1, coarse_rhs, coarse_solution);
   } else {
-    context_.launch(kernels.steps(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse_rhs,
+    context_.launch(kernels.steps(), "solve_last", {1, 1, 1, 1}, below.stencils, coarse_rhs,
                     coarse_solution);
   }
   const StreamTiles& up = plans_[l].up;
@@ -152,8 +154,7 @@ CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const devi
   const device::Buffer& sums = zero_ ? step_sums_ : residual_sums_;
   if (zero_) {
     context_.launch(kernels.residual(), "residual_of_zero", items(tiles), tiles.size[0],
-                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, level.inverse,
-                    b, x, r_, sums);
+                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, b, x, r_, sums);
   } else {
     if (!first_d_) {
       context_.launch(kernels.residual(), "renormalise_red", kernels.items(rows_of(s)), s.nx, s.ny,
