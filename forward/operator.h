@@ -80,6 +80,11 @@ class DiffusionOperator {
   /// (∂b/∂light)ᵀ λ of each pattern.
   virtual void load_transpose(const BatchField& lambda, std::span<double> light) const = 0;
 
+  /// φ, a guess for solve(), from that of an operator on `shape`, voxels of twice the edge: its
+  /// patterns from `first` on. φ stays zero where this operator cannot.
+  virtual void interpolate(const BatchField& /*coarse*/, const GridShape& /*shape*/, int /*first*/,
+                           BatchField& /*phi*/) const {}
+
   /// Solves A φ = b; `phi` holds the initial guess on entry (zero, or the last solution).
   virtual SolveReport solve(const BatchField& b, BatchField& phi,
                             const SolveOptions& options) const = 0;

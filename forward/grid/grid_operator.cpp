@@ -51,6 +51,10 @@ class GridOperator final : public DiffusionOperator, DeviceMedium {
     solver_->light_source(light, b);
   }
   void load_transpose(const BatchField& lambda, std::span<double> light) const override;
+  void interpolate(const BatchField& coarse, const GridShape& shape, int first,
+                   BatchField& phi) const override {
+    solver_->interpolate(coarse, shape, first, phi);
+  }
   SolveReport solve(const BatchField& b, BatchField& phi,
                     const SolveOptions& options) const override {
     return solver_->solve(b, phi, options);

@@ -97,6 +97,11 @@ class GridSolver {
   /// y = A φ.
   virtual void apply(const BatchField& phi, BatchField& y) const = 0;
 
+  /// φ, zero so far, from that of a solver on `shape`, voxels of twice the edge: its patterns from
+  /// `first` on, linearly between centres. φ stays zero where this solver cannot.
+  virtual void interpolate(const BatchField& /*coarse*/, const GridShape& /*shape*/, int /*first*/,
+                           BatchField& /*phi*/) const {}
+
   /// Solves A φ = b; `phi` holds the initial guess on entry (zero, or the last solution).
   virtual SolveReport solve(const BatchField& b, BatchField& phi,
                             const SolveOptions& options) const = 0;

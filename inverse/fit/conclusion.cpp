@@ -5,8 +5,10 @@
 #include <optional>
 #include <vector>
 
+#include "core/error.h"
 #include "core/shown_text.h"
 #include "forward/diffusion_warnings.h"
+#include "inverse/data_checks/coarser_volume.h"
 #include "inverse/defaults.h"
 #include "inverse/optimise/lateral_hessian.h"
 
@@ -167,6 +169,29 @@ void check_data(FitRun& run) {
   run.count(by_volume.solves);
 }
 
+namespace {
+
+/// On voxels of twice the edge, where twelve solves cost as much as two.
+LayerFreedom freedom_of(FitRun& run) {
+  Objective& objective = run.grid.objective();
+  const FitOptions& options = run.options;
+  const Backend& backend = options.solver.backend;
+  const std::vector<double> prediction = objective.prediction();
+  try {
+    const CoarserVolume coarser = on_suitable_grid(
+        {objective.problem(), run.state.fields, prediction, prior_of(run), options.data.term},
+        options.data.model_error, backend);
+    coarser.objective->set_derivative_tolerance(derivative_tolerance(backend));
+    LayerFreedom freedom = layer_freedom(*coarser.objective, run.grid.space());
+    run.count(coarser.objective->solves());
+    return freedom;
+  } catch (const InputError&) {
+    return layer_freedom(objective, run.grid.space());  // averaged, a volume may defy the solver
+  }
+}
+
+}  // namespace
+
 void find_deviations(FitRun& run, ChannelFit& fit) {
   Objective& objective = run.grid.objective();
   const MediumSpace& space = run.grid.space();
@@ -195,7 +220,7 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
                            point_spread(prior_metric(*fit.prior, space),
                                         posterior_metric(*fit.prior, space, fit.blocks), space),
                            *fit.prior);
-  fit.freedom = layer_freedom(objective);
+  fit.freedom = freedom_of(run);
   const auto sentence = profile_undetermined(fit.freedom);
   if (sentence && !run.context.interim) run.warn(*sentence);
 }

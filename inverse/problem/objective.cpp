@@ -65,7 +65,8 @@ Refinement refine(const Problem& problem) {
 
 std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
                                    const std::vector<double>& light, int patterns, int batch,
-                                   const forward::SolveOptions& options, double* voxel_iterations) {
+                                   const forward::SolveOptions& options, double* voxel_iterations,
+                                   const Guess& guess) {
   std::vector<double> exitance(op.exitance_size() * static_cast<std::size_t>(patterns));
   for (int begin = 0; begin < patterns; begin += batch) {
     const int end = std::min(begin + batch, patterns);
@@ -73,6 +74,7 @@ std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
     const auto b = op.make_field(end - begin);
     const auto phi = op.make_field(end - begin);
     op.load(lit, *b);
+    if (guess) guess(begin, *phi);
     const SolveReport report = op.solve(*b, *phi, options);
     if (report.termination == Termination::failed) {
       throw InputError("the diffusion solver failed: " + report.message);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -106,12 +107,16 @@ struct SolveCount {
   }
 };
 
-/// Exitance under `light` [M][light_size()], solved in batches of at most `batch` patterns. Throws
-/// InputError when the solver fails. `voxel_iterations`, if given, grows by what it cost.
+/// Sets φ, zero so far, of the patterns from `first` on to what a solve begins with.
+using Guess = std::function<void(int first, forward::BatchField& phi)>;
+
+/// Exitance under `light` [M][light_size()], solved in batches of at most `batch` patterns, from
+/// zero or from `guess`. Throws InputError when the solver fails. `voxel_iterations`, if given,
+/// grows by what it cost.
 std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
                                    const std::vector<double>& light, int patterns, int batch,
                                    const forward::SolveOptions& options,
-                                   double* voxel_iterations = nullptr);
+                                   double* voxel_iterations = nullptr, const Guess& guess = {});
 
 /// Patterns per batch such that the solver's fields stay below `memory_mb`.
 int bounded_batch(const GridShape& shape, int batch, double memory_mb,

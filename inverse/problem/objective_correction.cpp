@@ -29,6 +29,12 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   const int batch =
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
   const std::vector<double> light = views_.of_lights(refinement.irradiance);
+  // Begun with the light of this grid: one iteration of four is saved.
+  const Guess guess = [&](int first, forward::BatchField& phi) {
+    finer->interpolate(*fluence_[static_cast<std::size_t>(first / backend_.batch)], own,
+                       first % backend_.batch, phi);
+  };
+  // Of the medium that this grid's light was solved for last.
   const auto exitance_below = [&](double lower_kappa, double lower_mu) {
     ++solves_.refined;
     const auto scaled = [](std::vector<double> values, double lower) {
@@ -36,9 +42,10 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
       return values;
     };
     finer->set_medium(scaled(kappa, lower_kappa), scaled(mu, lower_mu));
-    const std::vector<double> leaving = solve_exitance(
-        *finer, light, views_.lights(), batch,
-        {backend_.refined_tolerance, backend_.solve.max_iterations}, &solves_.voxel_iterations);
+    const std::vector<double> leaving =
+        solve_exitance(*finer, light, views_.lights(), batch,
+                       {backend_.refined_tolerance, backend_.solve.max_iterations},
+                       &solves_.voxel_iterations, guess);
     return restrict_face(views_.pictures(leaving), face_shape(shape, problem_.seen_face),
                          problem_.seen_shape(), 2, problem_.patterns);
   };
@@ -49,14 +56,14 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
     std::array<std::vector<double>, 2> finer, own;
   } below;
   for (std::size_t k = 0; slope && k < 2; ++k) {
-    below.finer[k] = exitance_below(k == 0 ? slope_step : 0.0, k == 1 ? slope_step : 0.0);
     CoefficientPair lower = fields;
     for (double& x : k == 0 ? lower.log_kappa : lower.log_mu) x -= slope_step;
     require_forward(lower);
     below.own[k] = exitance_;
+    below.finer[k] = exitance_below(k == 0 ? slope_step : 0.0, k == 1 ? slope_step : 0.0);
   }
-  std::vector<double> better = exitance_below(0.0, 0.0);
   require_forward(fields);
+  std::vector<double> better = exitance_below(0.0, 0.0);
   Correction correction;
   if (refinement.photons) {
     misfit();  // with the r that is to be replaced

@@ -134,6 +134,8 @@ class OpenclSolver final : public GridSolver {
     }
   }
 
+  void interpolate(const BatchField& coarse, const GridShape& shape, int first,
+                   BatchField& phi) const override;
   SolveReport solve(const BatchField& b, BatchField& phi,
                     const SolveOptions& options) const override;
 
@@ -326,6 +328,32 @@ class OpenclSolver final : public GridSolver {
   mutable std::optional<BatchedCg> cg_;
   std::optional<OnDevice> on_device_;
 };
+
+void OpenclSolver::interpolate(const BatchField& coarse, const GridShape& shape, int first,
+                               BatchField& phi) const {
+  const auto* from = dynamic_cast<const OpenclField*>(&coarse);
+  const auto& fine = dynamic_cast<const OpenclField&>(phi);
+  // All lanes of a block are those of one coarse block.
+  std::vector<const Block*> sources;
+  for (const Block& block : fine.blocks) {
+    const int pattern = first + block.first;
+    const Block* source = nullptr;
+    for (std::size_t i = 0; from != nullptr && !from->zero && i < from->blocks.size(); ++i) {
+      const Block& c = from->blocks[i];
+      if (pattern >= c.first && pattern + block.lanes <= c.first + c.lanes) source = &c;
+    }
+    if (source == nullptr) return;
+    sources.push_back(source);
+  }
+  const GridShape& s = setup_.shape;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const Block& block = cast(phi).blocks[i];
+    const LaneKernels& k = kernels_(block.lanes);
+    context_.launch(k.common(), "interpolate", k.rows(s), s.nx, s.ny, s.nz, shape.nx, shape.ny,
+                    shape.nz, sources[i]->lanes, first + block.first - sources[i]->first,
+                    sources[i]->values, block.values);
+  }
+}
 
 SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
                                 const SolveOptions& options) const {

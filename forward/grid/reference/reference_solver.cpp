@@ -2,6 +2,7 @@
 // pattern at a time by conjugate gradients with a modified incomplete Cholesky preconditioner. It
 // shares no discretisation code with the OpenCL backend, so that each can convict the other.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
@@ -128,6 +129,32 @@ class ReferenceSolver final : public GridSolver {
     check(in.pattern.size() == out.pattern.size(), "apply: fields of different batches");
     for (std::size_t m = 0; m < in.pattern.size(); ++m) {
       matrix().apply(in.pattern[m], out.pattern[m]);
+    }
+  }
+
+  void interpolate(const BatchField& coarse, const GridShape& shape, int first,
+                   BatchField& phi) const override {
+    const auto* from = dynamic_cast<const ReferenceField*>(&coarse);
+    ReferenceField& fine = cast(phi);
+    if (from == nullptr || first + fine.patterns() > from->patterns()) return;
+    // The cell that a fine one lies in, three quarters, and the next beside it.
+    const auto pair = [](int i, int count) {
+      return std::array<int, 2>{i / 2,
+                                std::clamp(i % 2 == 0 ? i / 2 - 1 : i / 2 + 1, 0, count - 1)};
+    };
+    constexpr std::array<double, 2> share{0.75, 0.25};
+    for (std::size_t m = 0; m < fine.pattern.size(); ++m) {
+      const Vector& values = from->pattern[static_cast<std::size_t>(first) + m];
+      for_each_cell([&](std::size_t i, int x, int y, int z) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < 8; ++k) {
+          const std::size_t a = k & 1, b = k >> 1 & 1, c = k >> 2;
+          sum +=
+              share[a] * share[b] * share[c] *
+              values[shape.index(pair(x, shape.nx)[a], pair(y, shape.ny)[b], pair(z, shape.nz)[c])];
+        }
+        fine.pattern[m][i] = sum;
+      });
     }
   }
 

@@ -132,8 +132,9 @@ TEST(Fit, ExplainsTheDataOnTheFinerGridNotByAnOldCorrection) {
   const SurfaceMeasurements m = cases::measure(block, truth);
   const ChannelFit fit = cases::fit(m, {});
   const std::vector<float> finer = predict(fit.medium, m, PredictOptions{});
-  // The solver's tolerance; a correction from where the last weight began is off by 1e-3 and more.
-  constexpr double solver = 1e-4;
+  // Two solves to 1e-4, one begun with the grid's own light and one at zero; a correction from
+  // where the last weight began is off by 1e-3 and more.
+  constexpr double solver = 2e-4;
   for (std::size_t i = 0; i < finer.size(); ++i) {
     ASSERT_NEAR(fit.prediction[i] / finer[i], 1.0, solver) << i;
   }
