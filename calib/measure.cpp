@@ -1,6 +1,7 @@
 #include "calib/measure.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -100,43 +101,66 @@ struct Target {
   std::size_t step;
 };
 
-/// All channels of a voxel at once: the picture comes from memory only once.
+/// Over the pixels of a voxel.
+struct Sums {
+  double value = 0.0, variance = 0.0;
+  std::uint8_t flags = 0;
+};
+
+/// Of channels [first, first + together): the picture comes from memory once for all of them, and
+/// their sums stay in registers.
+template <std::size_t together>
+std::array<Sums, together> sums_of(const capture::HdrImage& picture, std::size_t first,
+                                   const Footprints& footprints,
+                                   const std::vector<std::uint32_t>& pixels, std::size_t voxel) {
+  const auto channels = static_cast<std::size_t>(picture.radiance.channels());
+  const float* const radiance = picture.radiance.values().data() + first;
+  const float* const variance = picture.variance.values().data() + first;
+  const std::uint8_t* const flags = picture.flags.values().data() + first;
+  std::array<Sums, together> sums{};
+  for (std::size_t k = footprints.begin[voxel]; k < footprints.begin[voxel + 1]; ++k) {
+    const std::size_t at = pixels[k] * channels;
+    const double weight = footprints.weight[k];
+    for (std::size_t c = 0; c < together; ++c) {
+      sums[c].value += weight * radiance[at + c];
+      sums[c].variance += weight * weight * variance[at + c];
+      sums[c].flags |= flags[at + c];
+    }
+  }
+  return sums;
+}
+
 void average(const capture::HdrImage& picture, const Footprints& footprints,
              const std::vector<std::uint32_t>& pixels,
              const std::vector<std::vector<double>>& exitance_per_signal,
              const MeasureOptions& options, const Target& target) {
   constexpr std::uint8_t unusable = capture::pixel_saturated | capture::pixel_missing;
-  const std::size_t channels = exitance_per_signal.size();
   const FaceShape& shape = footprints.shape;
+  const auto average_voxel = [&](int u, int v, std::size_t c, const Sums& sums) {
+    const std::size_t voxel = static_cast<std::size_t>(v) * shape.nu + u;
+    const bool rim = u == 0 || v == 0 || u == shape.nu - 1 || v == shape.nv - 1;
+    const double relative = rim ? options.rim_relative_error : options.relative_error;
+    const double factor = exitance_per_signal[c][voxel] * footprints.inverse_coverage[voxel];
+    const double value = factor * sums.value;
+    const std::size_t to = c * target.step + voxel;
+    target.value[to] = static_cast<float>(value);
+    target.variance[to] =
+        static_cast<float>(factor * factor * sums.variance + relative * relative * value * value);
+    const bool good = footprints.visible[voxel] != 0 && (sums.flags & unusable) == 0;
+    target.mask[to] = good && target.variance[to] > 0.0F ? 1 : 0;
+  };
+  const std::size_t channels = exitance_per_signal.size();
   for_rows(shape.nv, [&](int v) {
-    std::vector<double> sums(channels), variances(channels);
-    std::vector<std::uint8_t> flags(channels);
     for (int u = 0; u < shape.nu; ++u) {
       const std::size_t voxel = static_cast<std::size_t>(v) * shape.nu + u;
-      std::fill(sums.begin(), sums.end(), 0.0);
-      std::fill(variances.begin(), variances.end(), 0.0);
-      std::fill(flags.begin(), flags.end(), 0);
-      for (std::size_t k = footprints.begin[voxel]; k < footprints.begin[voxel + 1]; ++k) {
-        const std::size_t at = pixels[k] * channels;
-        const double weight = footprints.weight[k];
-        for (std::size_t c = 0; c < channels; ++c) {
-          flags[c] |= picture.flags.values()[at + c];
-          sums[c] += weight * picture.radiance.values()[at + c];
-          variances[c] += weight * weight * picture.variance.values()[at + c];
-        }
+      constexpr std::size_t colours = 3;
+      if (channels == colours) {
+        const auto sums = sums_of<colours>(picture, 0, footprints, pixels, voxel);
+        for (std::size_t c = 0; c < colours; ++c) average_voxel(u, v, c, sums[c]);
+        continue;
       }
-      const bool rim = u == 0 || v == 0 || u == shape.nu - 1 || v == shape.nv - 1;
-      const double relative = rim ? options.rim_relative_error : options.relative_error;
-      for (std::size_t c = 0; c < channels; ++c) {
-        const double factor = exitance_per_signal[c][voxel] * footprints.inverse_coverage[voxel];
-        const double value = factor * sums[c];
-        const std::size_t to = c * target.step + voxel;
-        target.value[to] = static_cast<float>(value);
-        target.variance[to] = static_cast<float>(factor * factor * variances[c] +
-                                                 relative * relative * value * value);
-        const bool good = footprints.visible[voxel] != 0 && (flags[c] & unusable) == 0;
-        target.mask[to] = good && target.variance[to] > 0.0F ? 1 : 0;
-      }
+      for (std::size_t c = 0; c < channels; ++c)
+        average_voxel(u, v, c, sums_of<1>(picture, c, footprints, pixels, voxel)[0]);
     }
   });
 }

@@ -9,7 +9,6 @@
 #include "core/parallel.h"
 #include "io/atomic_file.h"
 #include "io/json_whole.h"
-#include "pipeline/records/fingerprint.h"
 
 namespace kappamu::pipeline {
 
@@ -54,7 +53,8 @@ bool lists(const std::vector<OwnedFile>& files, const std::string& path) {
 
 }  // namespace
 
-std::vector<OwnedFile> describe_files(const fs::path& root, const std::vector<std::string>& paths) {
+std::vector<OwnedFile> describe_files(const fs::path& root, const std::vector<std::string>& paths,
+                                      const KnownFingerprints& known) {
   std::vector<OwnedFile> files(paths.size());
   for_rows(static_cast<int>(paths.size()), [&](int k) {
     const std::string& path = paths[static_cast<std::size_t>(k)];
@@ -64,7 +64,8 @@ std::vector<OwnedFile> describe_files(const fs::path& root, const std::vector<st
     if (error) {
       file.path = path;
     } else {
-      file = {path, bytes, content_fingerprint(root / path)};
+      const auto found = known.find(path);
+      file = {path, bytes, found != known.end() ? found->second : content_fingerprint(root / path)};
     }
   });
   return files;
@@ -191,7 +192,7 @@ void StagedFiles::discard() {
   if (error) fail(partial(), error);
 }
 
-void StagedFiles::commit() {
+void StagedFiles::commit(const KnownFingerprints& known) {
   std::vector<std::string> next;
   for (const auto& entry : fs::recursive_directory_iterator(partial())) {
     const fs::path relative = entry.path().lexically_relative(partial());
@@ -204,7 +205,7 @@ void StagedFiles::commit() {
     next.push_back(relative.generic_string());
   }
   std::sort(next.begin(), next.end());
-  claim_.next = describe_files(partial(), next);
+  claim_.next = describe_files(partial(), next, known);
   claim_.status = StageStatus::moving;
   save_();
   move();

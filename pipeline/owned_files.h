@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/records/fingerprint.h"
+
 namespace kappamu::pipeline {
 
 struct OwnedFile {
@@ -23,9 +25,11 @@ struct OwnedFile {
   std::string hash;  ///< content_fingerprint(); of an input that is missing, empty
 };
 
-/// Each root/path as it is now, several read at a time.
+/// Each root/path as it is now, several read at a time. Of `known` ones the size alone is looked
+/// at.
 std::vector<OwnedFile> describe_files(const std::filesystem::path& root,
-                                      const std::vector<std::string>& paths);
+                                      const std::vector<std::string>& paths,
+                                      const KnownFingerprints& known = {});
 
 enum class FileState { whole, changed, missing };
 /// Compares the contents with what `file` says of them. Throws InputError when it is there and
@@ -84,8 +88,8 @@ class StagedFiles {
   void begin(const std::string& key, Interrupted interrupted);
   std::filesystem::path partial() const { return root_ / (name_ + ".partial"); }
   /// Moves everything below partial() to its place. Throws InputError, everything left as it is,
-  /// when a file is in the way.
-  void commit();
+  /// when a file is in the way. `known` files are not read again.
+  void commit(const KnownFingerprints& known = {});
   /// Removes partial(): of an attempt that failed and has nothing to go on with.
   void discard();
 

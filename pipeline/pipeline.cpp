@@ -135,9 +135,11 @@ bool Pipeline::merge(Progress& progress) {
   folder_.require_whole("calibrate");
   std::optional<fs::path> calibration;
   if (folder_.done_key("calibrate")) calibration = folder_.path() / "calibration";
-  return folder_.run(merge_stage(), progress, [&](const fs::path& output, Progress& listener) {
-    shared_error_ = run_merge_stage(session, hdr_, calibration, output, listener);
-  });
+  KnownFingerprints written;
+  const auto work = [&](const fs::path& output, Progress& listener) {
+    shared_error_ = run_merge_stage(session, hdr_, calibration, output, listener, {}, &written);
+  };
+  return folder_.run(merge_stage(), progress, work, written);
 }
 
 RunFolder::Stage Pipeline::stage_after(const RunFolder::Stage& earlier, const std::string& name,

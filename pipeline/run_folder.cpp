@@ -156,7 +156,8 @@ void RunFolder::require_whole_but(const std::string& folder, const std::string& 
   throw InputError(damage + " after kappamu " + stage + " wrote it; do that stage again");
 }
 
-bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
+bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work,
+                    const KnownFingerprints& written) {
   const bool keeps = results_ == Results::kept;
   if (keeps && done_key(stage.name) == stage.key) return false;
   if (const auto former = record_.stages.find(stage.name);
@@ -185,7 +186,7 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   StageRecord& entry = record_.stages.at(stage.name);
   entry.seconds = watch.seconds();
   entry.warnings = recording.warnings();
-  files.commit();
+  files.commit(written);
   damage_.erase(stage.name);
   return true;
 }

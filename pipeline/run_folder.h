@@ -68,8 +68,10 @@ class RunFolder {
   using Work = std::function<void(const std::filesystem::path& output, Progress& progress)>;
   /// Does `work` unless the stage is done; returns whether it did. The files take the place of the
   /// stage's former ones when all are complete; warnings and wall time are recorded. Former files
-  /// that were damaged are warned of.
-  bool run(const Stage& stage, Progress& progress, const Work& work);
+  /// that were damaged are warned of. `written` is what `work` may add its files to, so that they
+  /// are not read again.
+  bool run(const Stage& stage, Progress& progress, const Work& work,
+           const KnownFingerprints& written = {});
 
  private:
   static std::filesystem::path prepared(const std::filesystem::path& folder,

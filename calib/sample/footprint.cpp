@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "calib/sample/face.h"
@@ -30,11 +31,7 @@ class SeenFace {
   /// Part of a pixel that shows the face, by 8 x 8 rays; 1 where its middle shows a point that lies
   /// `rim` voxels and more inside.
   double coverage(int x, int y, double rim) const {
-    const auto [u_middle, v_middle] = seen_at({x, y});
-    if (u_middle >= rim && v_middle >= rim && u_middle <= shape_.nu - rim &&
-        v_middle <= shape_.nv - rim) {
-      return 1.0;
-    }
+    if (is_inside({x, y}, rim)) return 1.0;
     constexpr int rays = 8;
     int hits = 0;
     for (int n = 0; n < rays * rays; ++n) {
@@ -44,6 +41,12 @@ class SeenFace {
       if (u >= 0.0 && v >= 0.0 && u <= shape_.nu && v <= shape_.nv) ++hits;
     }
     return static_cast<double>(hits) / (rays * rays);
+  }
+
+  /// Whether the point of the picture shows one of the face, `rim` voxels and more inside.
+  bool is_inside(const Eigen::Vector2d& pixel, double rim) const {
+    const auto [u, v] = seen_at(pixel);
+    return u >= rim && v >= rim && u <= shape_.nu - rim && v <= shape_.nv - rim;
   }
 
  private:
@@ -134,6 +137,38 @@ class VoxelWeights {
   int left_ = 0, top_ = 0, width_ = 0;
 };
 
+/// SeenFace::coverage() of pixels that are asked for row by row. A tile of the picture whose
+/// corners show the face's inside shows nothing else: a lens bends less over its pixels than the
+/// rim is wide.
+class TiledCoverage {
+ public:
+  TiledCoverage(const SeenFace& seen, int width, double rim)
+      : seen_(seen), rim_(rim), inside_(static_cast<std::size_t>(width / tile + 1)) {}
+
+  double at(int x, int y) {
+    if (y / tile != row_) std::fill(inside_.begin(), inside_.end(), std::nullopt);
+    row_ = y / tile;
+    std::optional<bool>& inside = inside_[static_cast<std::size_t>(x / tile)];
+    if (!inside) inside = is_inside(x / tile * tile, row_ * tile);
+    return *inside ? 1.0 : seen_.coverage(x, y, rim_);
+  }
+
+ private:
+  static constexpr int tile = 16;  // [px]
+
+  bool is_inside(int left, int top) const {
+    for (const int y : {top, top + tile})
+      for (const int x : {left, left + tile})
+        if (!seen_.is_inside({x, y}, rim_)) return false;
+    return true;
+  }
+
+  const SeenFace& seen_;
+  double rim_;
+  int row_ = -1;
+  std::vector<std::optional<bool>> inside_;  ///< of the tiles of the row
+};
+
 /// Puts the voxels of `row`, one line of a face, behind those of `result`.
 void append(const Footprints& row, Footprints& result) {
   const std::size_t before = result.pixel.size();
@@ -174,6 +209,7 @@ Footprints make_footprints(const Lens& camera, const Rigid& camera_from_sample,
     row.begin.push_back(0);
     std::vector<Eigen::Vector2d> places;
     VoxelWeights weights;
+    TiledCoverage coverage(seen, camera.width, 2.0 * rim);
     for (int u = 0; u < shape.nu; ++u) {
       const double cosine = seen.cos_outside(u + 0.5, v + 0.5);
       bool visible = cosine > 0.0;
@@ -187,9 +223,8 @@ Footprints make_footprints(const Lens& camera, const Rigid& camera_from_sample,
       if (visible) weights.add(places, point_weight);
       if (visible && (u < rim || v < rim || u + 1.0 > shape.nu - rim || v + 1.0 > shape.nv - rim)) {
         covered = 0.0;
-        weights.for_each([&](int x, int y, float weight) {
-          covered += weight * seen.coverage(x, y, 2.0 * rim);
-        });
+        weights.for_each(
+            [&](int x, int y, float weight) { covered += weight * coverage.at(x, y); });
       }
       constexpr double least_covered = 0.25;
       visible = visible && covered > least_covered;
@@ -205,6 +240,10 @@ Footprints make_footprints(const Lens& camera, const Rigid& camera_from_sample,
       row.visible.push_back(visible ? 1 : 0);
     }
   });
+  std::size_t pixels = 0;
+  for (const Footprints& row : rows) pixels += row.pixel.size();
+  result.pixel.reserve(pixels);
+  result.weight.reserve(pixels);
   for (Footprints& row : rows) append(std::exchange(row, {}), result);
   return result;
 }

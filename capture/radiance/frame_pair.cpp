@@ -43,9 +43,10 @@ std::vector<Equation> equations(const Blocks& shorter, const Blocks& longer,
   for (int row = 1; row + 1 < shorter.rows; ++row) {
     for (int column = 1; column + 1 < shorter.columns; ++column) {
       const float either = radiance(column, row);
+      if (!std::isfinite(either)) continue;
       const float dx = (radiance(column + 1, row) - radiance(column - 1, row)) / (2.0F * block_px);
       const float dy = (radiance(column, row + 1) - radiance(column, row - 1)) / (2.0F * block_px);
-      if (!std::isfinite(either + dx + dy)) continue;
+      if (!std::isfinite(dx + dy)) continue;
       const double a = noise.variance(either * ta) / block_pixels / (ta * ta);
       const double b = noise.variance(either * tb) / block_pixels / (tb * tb);
       const double in_shorter = shorter.at(column, row) / ta;

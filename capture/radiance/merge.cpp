@@ -54,6 +54,17 @@ struct Merged {
 template <class Index>
 void look_up(const std::vector<std::vector<float>>& tables, const Index* entries, std::size_t count,
              float* found) {
+  constexpr std::size_t colours = 3;
+  if (tables.size() == colours) {
+    const float *const red = tables[0].data(), *const green = tables[1].data(),
+                       *const blue = tables[2].data();
+    for (std::size_t i = 0; i + 2 < count; i += colours) {
+      found[i] = red[entries[i]];
+      found[i + 1] = green[entries[i + 1]];
+      found[i + 2] = blue[entries[i + 2]];
+    }
+    return;
+  }
   for (std::size_t c = 0; c < tables.size(); ++c) {
     const float* const table = tables[c].data();
     for (std::size_t i = c; i < count; i += tables.size()) found[i] = table[entries[i]];
@@ -97,8 +108,15 @@ template <bool straight, class Value>
   // First every frame weighted by its time, which leans least on the longest one and so decides
   // fairly which frames are near saturation.
   Block mean{}, sum{};
+  std::int32_t seen = 0;  // frames that are usable somewhere in the block
   for (std::int32_t j = 0; j < frames; ++j) {
     const Value* values = from[static_cast<std::size_t>(j)] + begin;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool counts = (usable[i] == j) & (static_cast<float>(values[i]) < of.saturated_from[i]);
+      usable[i] += counts ? 1 : 0;
+      seen = usable[i] > seen ? usable[i] : seen;
+    }
+    if (seen == j) break;
     float* x = linear + static_cast<std::size_t>(j) * block;
     const float t = of.exposures[static_cast<std::size_t>(j)];
     if constexpr (straight) {
@@ -108,8 +126,7 @@ template <bool straight, class Value>
       look_up(of.signals, values, count, x);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      const bool counts = (usable[i] == j) & (static_cast<float>(values[i]) < of.saturated_from[i]);
-      usable[i] += counts ? 1 : 0;
+      const bool counts = usable[i] > j;
       mean[i] += counts ? x[i] : 0.0F;
       sum[i] += counts ? t : 0.0F;
     }
@@ -118,7 +135,8 @@ template <bool straight, class Value>
   // Then by time squared, best under read noise, where the weights need a good estimate most.
   Block first{}, squares{}, longest{};
   Counts kept{};
-  for (std::int32_t j = 0; j < frames; ++j) {
+  std::int32_t weighed = 0;  // frames that are kept somewhere in the block
+  for (std::int32_t j = 0; j < seen; ++j) {
     const float t = of.exposures[static_cast<std::size_t>(j)];
     const float* x = linear + static_cast<std::size_t>(j) * block;
     const bool shortest = j < of.repeats;
@@ -128,11 +146,12 @@ template <bool straight, class Value>
       squares[i] += counts ? t * t : 0.0F;
       longest[i] = counts ? t : longest[i];
       kept[i] += counts ? 1 : 0;
+      weighed = kept[i] > weighed ? kept[i] : weighed;
     }
   }
   for (std::size_t i = 0; i < count; ++i) first[i] /= squares[i];
   Block weighted{}, weights{}, noise;
-  for (std::int32_t j = 0; j < frames; ++j) {
+  for (std::int32_t j = 0; j < weighed; ++j) {
     const float t = of.exposures[static_cast<std::size_t>(j)];
     const float* x = linear + static_cast<std::size_t>(j) * block;
     find_noise<straight>(of, first, t, count, noise);

@@ -21,7 +21,7 @@ constexpr double shifted_px = 0.1;
 
 // So many blocks determine gain and shift far below their tolerances. Of larger pictures those on a
 // lattice of at least as many are looked at, and the four beside each, for its gradient.
-constexpr int most_blocks = 100'000;
+constexpr int most_blocks = 40'000;
 
 int lattice_step(int across, int down) {
   return std::max(1, static_cast<int>(std::sqrt(1.0 * across * down / most_blocks)));
@@ -118,24 +118,30 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
     bool large;
     double blame;
   };
+  std::vector<std::size_t> compared;
+  std::vector<double> times(frames.size());
+  for (std::size_t j = 0; j < frames.size(); ++j) {
+    if (!states[j] || std::hypot(states[j]->shift_px[0], states[j]->shift_px[1]) > shifted_px)
+      continue;
+    compared.push_back(j);
+    times[j] = frames[j].exposure_s * std::exp(states[j]->log_gain);
+  }
   std::vector<std::vector<Difference>> differences(frames.size());
   std::vector<Seen> seen;
   std::vector<double> radiances;
   for (std::size_t i = 0; i < frames.front().signal.size(); ++i) {
     seen.clear();
     radiances.clear();
-    for (std::size_t j = 0; j < frames.size(); ++j) {
+    for (const std::size_t j : compared) {
       const float signal = frames[j].signal[i];
-      if (!states[j] || !std::isfinite(signal)) continue;
-      if (std::hypot(states[j]->shift_px[0], states[j]->shift_px[1]) > shifted_px) continue;
-      const double time = frames[j].exposure_s * std::exp(states[j]->log_gain);
+      if (!std::isfinite(signal)) continue;
+      const double time = times[j];
       seen.push_back({j, signal / time, noise.variance(signal) / block_pixels / (time * time)});
     }
     // Pixels near black may be cut off there: a frame has its say where its pixels stand well above
     // their noise, and is checked where the others promise that.
     const auto bright = [&](const Seen& one, double radiance) {
-      const double time = frames[one.frame].exposure_s * std::exp(states[one.frame]->log_gain);
-      const double signal = radiance * time;
+      const double signal = radiance * times[one.frame];
       return signal > least_signal_to_noise * std::sqrt(noise.variance(signal));
     };
     for (const Seen& one : seen) {

@@ -29,7 +29,7 @@ using Steadiness = std::vector<std::optional<FrameState>>;
 
 /// Compares neighbours in exposure time over blocks of 4 x 4 pixels of the middle channel:
 /// radiance of the one = (1 + gain) * radiance of the other, shifted; weighted least squares with
-/// the noise model's variances, outlying blocks weighted down (Tukey). Of 400,000 blocks or more
+/// the noise model's variances, outlying blocks weighted down (Tukey). Of 160,000 blocks or more
 /// those on a lattice are compared. Frames are then placed relative to the stack's median.
 Steadiness compare_frames(std::span<const ExposedFrame> stack, const Radiometry& radiometry);
 Steadiness compare_frames(std::span<const ExposedFloatFrame> stack, const Radiometry& radiometry);

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/numbers/widest.h"
 #include "io/atomic_file.h"
 
 namespace kappamu::io {
@@ -93,20 +94,30 @@ std::string header_text(const ExrHeader& header) {
   return text + '\0';
 }
 
-/// As the file has values of 16 bits.
-char* pack_halves(const std::vector<float>& values, char* to) {
-  // Neighbours are mostly equal, as flags are.
-  std::uint32_t last = 0;
-  std::uint16_t bits = 0;
-  for (const float value : values) {
-    if (std::bit_cast<std::uint32_t>(value) != last) {
-      last = std::bit_cast<std::uint32_t>(value);
-      bits = half(value).bits();
-    }
-    std::memcpy(to, &bits, sizeof bits);
-    to += sizeof bits;
+/// Whether all values, flags for example, are 0 or normal numbers of 16 bits. Their halves then.
+KAPPAMU_WIDEST bool to_exact_halves(const float* values, std::size_t count, std::uint16_t* to) {
+  constexpr std::uint32_t smallest = 0x38800000, beyond = 0x47800000;  // 2^-14, 2^16
+  std::uint32_t inexact = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(values[i]);
+    const std::uint32_t size = bits & 0x7fffffff;
+    const std::uint32_t other = (size < smallest) | (size >= beyond) | ((size & 0x1fff) != 0);
+    inexact |= size == 0 ? 0U : other;
+    const std::uint32_t moved = size == 0 ? 0U : (size - (112U << 23)) >> 13;
+    to[i] = static_cast<std::uint16_t>((bits >> 16 & 0x8000) | moved);
   }
-  return to;
+  return inexact == 0;
+}
+
+/// As the file has values of 16 bits.
+char* pack_halves(const std::vector<float>& values, std::vector<std::uint16_t>& halves, char* to) {
+  halves.resize(values.size());
+  if (!to_exact_halves(values.data(), values.size(), halves.data()))
+    std::transform(values.begin(), values.end(), halves.begin(),
+                   [](float value) { return half(value).bits(); });
+  const std::size_t bytes = sizeof(std::uint16_t) * halves.size();
+  std::memcpy(to, halves.data(), bytes);
+  return to + bytes;
 }
 
 /// Takes the attributes of a header apart; false where one is not as header_text() writes it.
@@ -185,7 +196,8 @@ class HeaderReader {
 
 }  // namespace
 
-void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillExrChannel& fill) {
+void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillExrChannel& fill,
+                     const WatchBytes& watch) {
   const int height = header.data.height;
   check(header.data.width > 0 && height > 0 && !header.channels.empty(),
         "EXR image for " + file.string() + " is empty");
@@ -196,9 +208,15 @@ void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillEx
   for (std::uint64_t y = 0; y < static_cast<std::uint64_t>(height); ++y)
     put(table, text.size() + 8 * static_cast<std::uint64_t>(height) + y * (8 + row));
   std::vector<float> values(static_cast<std::size_t>(header.data.width));
+  std::vector<std::uint16_t> halves;
   std::vector<char> packed(8 + row);
   const auto write = [&](std::ostream& out) {
-    out << text << table;
+    const auto put_bytes = [&](std::span<const char> bytes) {
+      out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      if (watch) watch(bytes);
+    };
+    put_bytes(text);
+    put_bytes(table);
     for (int y = 0; y < height; ++y) {
       const std::array<std::int32_t, 2> place{header.data.top + y, static_cast<std::int32_t>(row)};
       std::memcpy(packed.data(), place.data(), sizeof place);
@@ -206,13 +224,13 @@ void write_plain_exr(const fs::path& file, const ExrHeader& header, const FillEx
       for (const std::size_t c : order) {
         fill(y, c, values.data());
         if (is_half(header, header.channels[c])) {
-          to = pack_halves(values, to);
+          to = pack_halves(values, halves, to);
         } else {
           std::memcpy(to, values.data(), sizeof(float) * values.size());
           to += sizeof(float) * values.size();
         }
       }
-      out.write(packed.data(), to - packed.data());
+      put_bytes({packed.data(), to});
     }
   };
   const bool large = row * static_cast<std::size_t>(height) >= cache_bypass;

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "io/image/exr.h"
@@ -15,10 +17,12 @@ namespace kappamu::io {
 
 /// Writes one channel, counted as the header's, of row `y` of the data window.
 using FillExrChannel = std::function<void(int y, std::size_t channel, float* values)>;
+/// Sees the file's bytes as they are written.
+using WatchBytes = std::function<void(std::span<const char>)>;
 /// Pictures with noise become little smaller by compression, which takes many times as long as
 /// their photographs' decoding.
 void write_plain_exr(const std::filesystem::path& file, const ExrHeader& header,
-                     const FillExrChannel& fill);
+                     const FillExrChannel& fill, const WatchBytes& watch = {});
 
 class PlainExrFile {
  public:

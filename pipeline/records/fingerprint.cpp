@@ -40,13 +40,27 @@ std::string Fingerprint::text() const {
   return hexadecimal(hash_.value());
 }
 
+struct ContentFingerprint::State {
+  XXH3_state_t hash;
+};
+
+ContentFingerprint::ContentFingerprint() : state_(std::make_unique<State>()) {
+  XXH3_64bits_reset(&state_->hash);
+}
+ContentFingerprint::~ContentFingerprint() = default;
+
+void ContentFingerprint::add(std::span<const char> piece) {
+  XXH3_64bits_update(&state_->hash, piece.data(), piece.size());
+}
+
+std::string ContentFingerprint::text() const {
+  return hexadecimal(XXH3_64bits_digest(&state_->hash));
+}
+
 std::string content_fingerprint(const std::filesystem::path& file) {
-  XXH3_state_t state;
-  XXH3_64bits_reset(&state);
-  io::read_parts(file, [&](std::span<const char> part) {
-    XXH3_64bits_update(&state, part.data(), part.size());
-  });
-  return hexadecimal(XXH3_64bits_digest(&state));
+  ContentFingerprint result;
+  io::read_parts(file, [&](std::span<const char> part) { result.add(part); });
+  return result.text();
 }
 
 const std::string& program_fingerprint() {

@@ -3,6 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,7 +28,23 @@ class Fingerprint {
   Fnv hash_;
 };
 
-/// XXH3 of a file's contents (64 bit, 16 hexadecimal digits). Throws InputError when it cannot be
+/// XXH3 (64 bit, 16 hexadecimal digits) of contents that come piece by piece.
+class ContentFingerprint {
+ public:
+  ContentFingerprint();
+  ~ContentFingerprint();
+  void add(std::span<const char> piece);
+  std::string text() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Of files whose contents passed by as they were written, by their paths in a folder.
+using KnownFingerprints = std::map<std::string, std::string>;
+
+/// ContentFingerprint of a file. Throws InputError when it cannot be
 /// read.
 std::string content_fingerprint(const std::filesystem::path& file);
 

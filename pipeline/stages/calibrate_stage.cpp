@@ -5,6 +5,7 @@
 #include "calib/calibrate.h"
 #include "calib/calibration_file.h"
 #include "calib/light/stray_light.h"
+#include "core/memory/kept_blocks.h"
 #include "core/shown_text.h"
 
 namespace kappamu::pipeline {
@@ -32,6 +33,7 @@ void warn_of_stray_light(calib::CalibrationResult& result, Progress& progress) {
 
 void run_calibrate_stage(const capture::Session& session, const capture::MergeOptions& hdr,
                          const fs::path& output, Progress& progress) {
+  const KeepsBlocks keeps;  // of one photograph for the next
   calib::CalibrationResult result = calib::calibrate(session, progress, hdr);
   warn_of_stray_light(result, progress);
   calib::save_calibration(output, result);

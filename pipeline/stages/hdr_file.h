@@ -13,9 +13,9 @@ namespace kappamu::pipeline {
 
 /// Writes by rename, with the session's channels; an image that is a part of the camera's picture
 /// lies there as the data window in the display window. `notes` are what merging its frames had to
-/// note, a line each, for who finds the file later.
-void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image,
-               const capture::Session& session, const std::vector<std::string>& notes);
+/// note, a line each, for who finds the file later. Returns the file's ContentFingerprint.
+std::string write_hdr(const std::filesystem::path& file, const capture::HdrImage& image,
+                      const capture::Session& session, const std::vector<std::string>& notes);
 
 /// What write_hdr() wrote, `notes` with it where they are asked for. Throws InputError naming file
 /// and channel when something is missing.

@@ -15,6 +15,7 @@
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/merge.h"
 #include "capture/session/frames.h"
+#include "core/memory/kept_blocks.h"
 #include "core/numbers/region.h"
 #include "core/shown_text.h"
 #include "io/measurements_file.h"
@@ -32,6 +33,8 @@ constexpr double gigabyte = 1e9;
 /// Of the 3 GB that a merge may take, what stacks in flight and the picture that is being measured
 /// share; the rest is for ambient light, footprints and the program.
 constexpr double most_bytes = 2.4 * gigabyte;
+/// Of them, what lies idle between two stacks: blocks of sizes that are not wanted all at once.
+constexpr double spare_bytes = 0.25 * gigabyte;
 
 /// Stacks merged while a picture is measured: one a core, as long as they fit in most_bytes; none
 /// where one alone does not. Each holds the part of all its frames, the merged picture, and two
@@ -63,12 +66,13 @@ std::size_t pictures_ahead(const capture::Session& session, const Region& part,
                   "so that the sample's surroundings alone are merged.");
   }
   return static_cast<std::size_t>(
-      std::clamp((most_bytes - picture) / stack, 0.0,
+      std::clamp((most_bytes - spare_bytes - picture) / stack, 0.0,
                  1.0 * std::max(1U, std::thread::hardware_concurrency())));
 }
 
-fs::path hdr_file(const fs::path& output, const std::string& pattern) {
-  return output / "hdr" / (pattern + ".exr");
+/// In the output folder.
+std::string hdr_file(const std::string& pattern) {
+  return "hdr/" + pattern + ".exr";
 }
 
 /// Merges patterns in threads, in the order given, writes what is not there yet, and hands each
@@ -116,16 +120,20 @@ class MergedPatterns {
     changed_.notify_all();
     if (merged.failure) std::rethrow_exception(merged.failure);
     for (const std::string& note : merged.notes) progress_.warn(note);
+    if (!merged.fingerprint.empty()) written_[hdr_file(order_[i]->id)] = merged.fingerprint;
     progress_.update("merge", static_cast<double>(i + 1) / static_cast<double>(order_.size()),
                      order_[i]->id);
     return std::move(merged.picture);
   }
   bool done() const { return taken_ == order_.size(); }
+  /// The fingerprints of those pictures that were taken, but those that were there before.
+  const KnownFingerprints& written() const { return written_; }
 
  private:
   struct Merged {
     capture::HdrImage picture;
     std::vector<std::string> notes;
+    std::string fingerprint;  ///< of the file, where it was written now
     std::exception_ptr failure;
   };
 
@@ -152,14 +160,14 @@ class MergedPatterns {
   Merged merge(const Pattern& pattern) const {
     Merged merged;
     try {
-      const fs::path file = hdr_file(output_, pattern.id);
+      const fs::path file = output_ / hdr_file(pattern.id);
       const bool exists = fs::exists(file);  // of an attempt that was interrupted
       if (exists) merged.picture = read_hdr(file, session_.channels, &merged.notes);
       if (!exists || merged.picture.place() != part_) {
         merged.notes.clear();
         merged.picture = capture::merge_stack(session_, pattern.frames, "pattern " + pattern.id,
                                               radiometry_, options_, &merged.notes);
-        write_hdr(file, merged.picture, session_, merged.notes);
+        merged.fingerprint = write_hdr(file, merged.picture, session_, merged.notes);
       }
     } catch (...) {
       merged.failure = std::current_exception();
@@ -176,6 +184,7 @@ class MergedPatterns {
   Region part_;
   Progress& progress_;
   std::size_t ahead_;
+  KnownFingerprints written_;
   std::size_t next_ = 0, taken_ = 0, wanted_ = 0;
   bool stopped_ = false;
   std::mutex mutex_;
@@ -238,7 +247,9 @@ std::optional<calib::SharedError> run_merge_stage(const capture::Session& sessio
                                                   capture::MergeOptions hdr,
                                                   const std::optional<fs::path>& calibrated,
                                                   const fs::path& output, Progress& progress,
-                                                  const calib::MeasureOptions& options) {
+                                                  const calib::MeasureOptions& options,
+                                                  KnownFingerprints* written) {
+  const KeepsBlocks keeps(static_cast<std::size_t>(spare_bytes));  // one stack's for the next
   std::optional<calib::CalibrationResult> calibration;
   if (calibrated) {
     calibration = calib::load_calibration(*calibrated);
@@ -249,6 +260,7 @@ std::optional<calib::SharedError> run_merge_stage(const capture::Session& sessio
   MergedPatterns merged(session, radiometry, hdr, output, in_order(session), progress);
   if (!calibration) {
     while (!merged.done()) merged.take();
+    if (written != nullptr) *written = merged.written();
     progress.warn(
         "there is no calibration in the run folder, so only HDR images were written; run `kappamu "
         "calibrate` first to get surface measurements");
@@ -261,6 +273,7 @@ std::optional<calib::SharedError> run_merge_stage(const capture::Session& sessio
                                        output / "measurements", progress, options);
   measure_patterns(session, *calibration, ambient, PatternRole::validate, merged,
                    output / "measurements_validate", progress, options);
+  if (written != nullptr) *written = merged.written();
   return shared;
 }
 

@@ -46,9 +46,14 @@ TEST_F(MergeStage, MeasuresWhatItMergedWithoutReadingItBack) {
 
   // A second attempt reads pictures that the first one left, and measures the same.
   Progress silent;
-  run_merge_stage(session, {}, calibration, run, silent);
+  KnownFingerprints written;
+  run_merge_stage(session, {}, calibration, run, silent, {}, &written);
+  EXPECT_EQ(written.size(), session.patterns.size());
+  for (const auto& [file, fingerprint] : written)
+    EXPECT_EQ(fingerprint, content_fingerprint(run / file)) << file;
   fs::remove_all(run / "measurements");
-  run_merge_stage(session, {}, calibration, run, silent);
+  run_merge_stage(session, {}, calibration, run, silent, {}, &written);
+  EXPECT_TRUE(written.empty());
   const SurfaceMeasurements once = io::read_measurements(folder() / "out" / "measurements");
   const SurfaceMeasurements again = io::read_measurements(run / "measurements");
   EXPECT_EQ(once.value, again.value);

@@ -1,10 +1,13 @@
 // EXR files that are written row by row without compression: OpenEXR reads from them what we do.
+#include <OpenImageIO/half.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <optional>
 
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
@@ -85,6 +88,37 @@ TEST_F(OwnExr, DamageIsRefused) {
   out << '\x7F';
   out.close();
   EXPECT_THAT(sentence_of([&] { values_of(file); }), HasSubstr("truncated or damaged EXR file"));
+}
+
+TEST_F(OwnExr, EveryNumberOf16BitsIsKeptAndOthersAreRounded) {
+  constexpr int side = 256;
+  const auto file = folder_ / "halves.exr";
+  const ExrHeader header{{0, 0, side, side}, side, side, {"Y"}, {}, {"Y"}};
+  for (const float factor : {1.0F, 1.0F + 0x1p-12F, 1.0F - 0x1p-13F}) {
+    const auto value = [&](int x, int y) {
+      half number;
+      number.setBits(static_cast<std::uint16_t>(side * y + x));
+      return factor * number;
+    };
+    write_plain_exr(file, header, [&](int y, std::size_t, float* values) {
+      for (int x = 0; x < side; ++x) values[x] = value(x, y);
+    });
+    std::optional<PlainExrFile> exr = PlainExrFile::open(file);
+    ASSERT_TRUE(exr);
+    std::array<float, side> row{};
+    for (int y = 0; y < side; ++y) {
+      ASSERT_TRUE(exr->read(y, row.data()));
+      for (int x = 0; x < side; ++x) {
+        const float expected = half(value(x, y));  // OpenEXR's rounding
+        if (std::isnan(expected)) {
+          EXPECT_TRUE(std::isnan(row[x]));
+        } else {
+          EXPECT_EQ(row[x], expected) << x << " " << y;
+          EXPECT_EQ(std::signbit(row[x]), std::signbit(expected));
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
