@@ -71,7 +71,7 @@ kernel void link_level(const int count, const int run, const int region, const i
   const int leaf = count - 1 == first_leaf, base = leaf ? first_leaf : 0;
   global int* leaves = leaf ? near : left;
   int2 at = (int2)(0), room = (int2)(0), sum = (int2)(0);
-  for (int i = begin; i < end; ++i) {
+  for (int i = begin; i < end;) {
     const int k = count - 1 + i;
     const int2 candidates = k > 0 ? left_range[(k - 1) / 2] : (int2)(0, 1);
     int2 n = meet(k, first_leaf, opening, smooth, decay, least_decay, candidates, cluster, left,
@@ -85,12 +85,8 @@ kernel void link_level(const int count, const int run, const int region, const i
         room.y = max(n.y, region);
         at.y = leaf ? take(used + 1, room.y, near_capacity) : take(used + 2, room.y, left_capacity);
       }
-      if (at.x < 0 || at.y < 0) {
-        n = at = room = (int2)(0);
-      } else {
-        meet(k, first_leaf, opening, smooth, decay, least_decay, candidates, cluster, left, base,
-             at, room, emitter, leaves);
-      }
+      if (at.x >= 0 && at.y >= 0) continue;  // again, with room
+      n = at = room = (int2)(0);
     }
     cluster_range[k] = (int2)(at.x, n.x);
     if (leaf) {
@@ -101,6 +97,7 @@ kernel void link_level(const int count, const int run, const int region, const i
     at += n;
     room -= n;
     sum += n;
+    ++i;
   }
   if (sum.x > 0) atomic_add(used + 3, sum.x);
   if (leaf && sum.y > 0) atomic_add(used + 4, sum.y);
