@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -26,15 +27,23 @@ struct CgEnd {
   double relative_energy = 0.0;
   double of_first = 1.0;
 
-  bool reached(std::size_t light, double r_r, double b_b, double r_z, double r_z_before) const {
-    if (r_r <= residual * residual * b_b) return true;
+  /// How many times what it may be a light's squared residual or error is; 1 where that is reached.
+  double excess(std::size_t light, double r_r, double b_b, double r_z, double r_z_before) const {
+    const double of_residual = over(r_r, residual * residual * b_b);
+    if (energy.empty() || !(r_z_before > 0.0)) return of_residual;
     // Preconditioned, rᵀ z is the error's energy before a step, which lowers it as the last one
     // did.
-    return !energy.empty() && r_z_before > 0.0 && r_z * r_z <= energy[light] * r_z_before;
+    return std::min(of_residual, over(r_z * r_z, energy[light] * r_z_before));
   }
-  bool reached_energy(double r_z, double b_x, double first_r_z) const {
-    return r_z <= relative_energy * relative_energy * std::max(0.0, b_x) &&
-           r_z <= of_first * of_first * first_r_z;
+  double energy_excess(double r_z, double b_x, double first_r_z) const {
+    return std::max(over(r_z, relative_energy * relative_energy * std::max(0.0, b_x)),
+                    over(r_z, of_first * of_first * first_r_z));
+  }
+
+ private:
+  static double over(double is, double may_be) {
+    if (is <= may_be) return 1.0;
+    return may_be > 0.0 ? is / may_be : HUGE_VAL;
   }
 };
 

@@ -128,9 +128,10 @@ class HostSystem {
         p_(r_),
         q_(r_) {}
 
-  std::pair<Scalars, Scalars> start(const std::vector<Load>& b,
-                                    const std::vector<std::vector<double>>& x,
-                                    const std::vector<std::size_t>& lights) {
+  static constexpr bool looks_are_free = true;
+
+  Scalars start(const std::vector<Load>& b, const std::vector<std::vector<double>>& x,
+                const std::vector<std::size_t>& lights) {
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
       put(b[lights[lane]].power, lane, r_);
       put(x[lights[lane]], lane, x_);
@@ -140,13 +141,15 @@ class HostSystem {
     for_ranges(r_.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) r_[i] -= q_[i];
     });
-    return {b_b, dot(r_, r_)};
+    at_ = {dot(r_, r_), Scalars(lanes, 0.0), Scalars(lanes, 0.0)};
+    return b_b;
   }
-  Scalars precondition(const Scalars& r_r) {
+  const CgState& look() const { return at_; }
+  void precondition() {
     // Scaled to one, so that single precision neither overflows nor underflows.
     std::array<double, lanes> size{};
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      size[lane] = r_r[lane] > 0.0 ? std::sqrt(r_r[lane]) : 1.0;
+      size[lane] = at_.size[lane] > 0.0 ? std::sqrt(at_.size[lane]) : 1.0;
     }
     std::vector<float>& scaled = cycle_.residual();
     for_lanes([&](std::size_t i, std::size_t lane) {
@@ -156,26 +159,29 @@ class HostSystem {
     std::copy(size.begin(), size.end(), size_.begin());
     Scalars r_z = dot(r_, *z_);
     for (std::size_t lane = 0; lane < lanes; ++lane) r_z[lane] *= size[lane];
-    return r_z;
+    at_.before = std::exchange(at_.r_z, r_z);
   }
-  Scalars direct(const Scalars& along) {
+  void direct() {
+    const Scalars along = quotients(at_.r_z, at_.before);
     for_lanes([&](std::size_t i, std::size_t lane) {
       p_[i] = size_[lane] * static_cast<double>((*z_)[i]) + along[lane] * p_[i];
     });
     multiply(p_);
-    return dot(p_, q_);
+    step_ = quotients(at_.r_z, dot(p_, q_));
   }
-  std::pair<Scalars, Scalars> direct_to_ones() {
+  void advance() {
+    for_lanes([&](std::size_t i, std::size_t lane) {
+      x_[i] += step_[lane] * p_[i];
+      r_[i] -= step_[lane] * q_[i];
+    });
+    at_.size = dot(r_, r_);
+  }
+  Scalars add_constant() {
     std::fill(p_.begin(), p_.end(), 1.0);
     multiply(p_);
-    return {dot(r_, p_), dot(p_, q_)};
-  }
-  Scalars advance(const Scalars& step) {
-    for_lanes([&](std::size_t i, std::size_t lane) {
-      x_[i] += step[lane] * p_[i];
-      r_[i] -= step[lane] * q_[i];
-    });
-    return dot(r_, r_);
+    step_ = quotients(dot(r_, p_), dot(p_, q_));
+    advance();
+    return at_.size;
   }
   void take(std::vector<std::vector<double>>& x, const std::vector<std::size_t>& lights) const {
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
@@ -229,6 +235,8 @@ class HostSystem {
   std::vector<double> r_, x_, p_, q_;
   const std::vector<float>* z_ = nullptr;  ///< of the residual of length one
   std::array<double, lanes> size_{};       ///< the residual's length
+  CgState at_;
+  Scalars step_;
 };
 
 class HostSolver final : public BatchSolver {

@@ -28,18 +28,17 @@ device::Buffer uploaded(device::Context& context, const void* data, std::size_t 
 }
 
 DeviceLanes::DeviceLanes(device::Context& context, const Numbers& numbers, const Lanes& lanes,
-                         std::size_t rows, std::size_t runs, std::size_t kinds)
+                         std::size_t rows, std::size_t runs, bool scaled, std::size_t kinds)
     : context_(context),
       numbers_(numbers),
       lanes_(lanes),
       rows_(rows),
       runs_(std::min(rows, runs)),
       partial_(context.allocate(kinds * runs_ * lanes.width * numbers.sum_bytes())),
-      scalars_(context.allocate(kinds * lanes.width * numbers.sum_bytes())) {
-  if (!numbers.interleaved) return;
-  adding_ = &program(sums_cl, std::string("-DSUM=") + (numbers.double_sums ? "double" : "float"));
-  sum_ = context.allocate(scalars_.bytes());
-}
+      given_(context.allocate(kinds * lanes.width * numbers.sum_bytes())),
+      scalars_(context.allocate((free_place + kinds) * lanes.width * numbers.sum_bytes())),
+      adding_(program(sums_cl, std::string("-DSUM=") + (numbers.double_sums ? "double" : "float") +
+                                   " -DSCALED=" + (scaled ? "1" : "0"))) {}
 
 std::string DeviceLanes::build_options() const {
   return "-DWIDTH=" + std::to_string(lanes_.width) + " -DOWN=" + (lanes_.own() ? "1" : "0") +
@@ -82,28 +81,35 @@ void DeviceLanes::read_lanes(const device::Buffer& buffer,
   });
 }
 
-std::vector<Scalars> DeviceLanes::read_sums(std::size_t count) const {
-  std::vector<Scalars> total(count, Scalars(width(), 0.0));
-  const std::size_t parts_of_kind = adding_ != nullptr ? 1 : runs_;
-  if (adding_ != nullptr) {
-    context_.launch(*adding_, "add_runs", {count * adding_group, 1, adding_group, 1},
-                    static_cast<int>(runs_), partial_, sum_);
-  }
+void DeviceLanes::add_up(Place place, std::size_t count) {
+  context_.launch(adding_, "add_runs", {count * adding_group, 1, adding_group, 1},
+                  static_cast<int>(runs_), static_cast<int>(place), partial_, scalars_);
+}
+
+std::vector<Scalars> DeviceLanes::read(Place place, std::size_t count) const {
+  std::vector<Scalars> result(count);
   with_type(numbers_.double_sums, [&]<class T>(T) {
-    std::vector<T> parts(count * parts_of_kind * width());
-    context_.read(adding_ != nullptr ? sum_ : partial_, parts.data(), parts.size() * sizeof(T));
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      total[k / (parts_of_kind * width())][k % width()] += static_cast<double>(parts[k]);
+    const std::size_t skipped = static_cast<std::size_t>(place) * width();
+    std::vector<T> all(skipped + count * width());
+    context_.read(scalars_, all.data(), all.size() * sizeof(T));
+    for (std::size_t k = 0; k < count; ++k) {
+      const T* const from = all.data() + skipped + k * width();
+      result[k].assign(from, from + width());
     }
   });
-  return total;
+  return result;
+}
+
+CgState DeviceLanes::look() const {
+  const std::vector<Scalars> at = read(Place::size, 3);
+  return {at[0], at[1], at[2]};
 }
 
 void DeviceLanes::write(const std::vector<Scalars>& values) {
   with_type(numbers_.double_sums, [&]<class T>(T) {
     std::vector<T> all;
     for (const Scalars& of_lanes : values) all.insert(all.end(), of_lanes.begin(), of_lanes.end());
-    context_.write(scalars_, all.data(), all.size() * sizeof(T));
+    context_.write(given_, all.data(), all.size() * sizeof(T));
   });
 }
 

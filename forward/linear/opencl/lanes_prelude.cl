@@ -34,8 +34,18 @@ typedef REAL own;
   const int i = (int)get_global_id(0); \
   if (i >= count) return;
 
-// Sums run over `runs` stretches, whose sums the host adds in order, or sums.cl. INTERLEAVED: 1 where
-// their items take turns row by row (GPUs).
+// Where the scalars of conjugate gradients stand, [place][lane] (Place in device_lanes.h): the size of
+// the residual, r·z and the one before, what the former direction and then the direction are taken
+// times, and the residual's length.
+#define CG_SIZE 0
+#define CG_R_Z 1
+#define CG_BEFORE 2
+#define CG_ALONG 3
+#define CG_STEP 4
+#define CG_LENGTH 5
+
+// Sums run over `runs` stretches, whose sums sums.cl adds. INTERLEAVED: 1 where their items take turns
+// row by row (GPUs).
 #define RUN(rows)                                     \
   const int run = (int)get_global_id(0);              \
   if (run >= runs) return;                            \

@@ -55,7 +55,7 @@ class DeviceSystem : DeviceLanes {
                const std::vector<DeviceLevel>& on_device, const Buffer& coarsest,
                const Lanes& lanes, std::size_t slice, std::size_t level)
       : DeviceLanes(context, numbers, lanes, levels.level[level].rows,
-                    numbers.interleaved ? 16384 : 256),
+                    numbers.interleaved ? 16384 : 256, true),
         levels_(levels),
         on_device_(on_device),
         coarsest_(coarsest),
@@ -73,9 +73,11 @@ class DeviceSystem : DeviceLanes {
     }
   }
 
-  std::pair<Scalars, Scalars> start(const std::vector<Load>& b,
-                                    const std::vector<std::vector<double>>& x,
-                                    const std::vector<std::size_t>& lights) {
+  static constexpr bool looks_are_free = false;
+  using DeviceLanes::look;
+
+  Scalars start(const std::vector<Load>& b, const std::vector<std::vector<double>>& x,
+                const std::vector<std::size_t>& lights) {
     std::vector<const std::vector<double>*> powers, starts;
     for (const std::size_t light : lights) {
       powers.push_back(&b[light].power);
@@ -85,39 +87,32 @@ class DeviceSystem : DeviceLanes {
     write_lanes(p_, starts, rows(), width());
     over(double_, rows(), "fill", 0.0, x_);
     const Scalars b_b = dot(r_, r_);
+    begin();
     multiply();
-    const Scalars r_r = advance(Scalars(width(), 1.0));
+    advance_by(Scalars(width(), 1.0));
     over(double_, rows(), "fill", 0.0, p_);
-    return {b_b, r_r};
+    return b_b;
   }
-  Scalars precondition(const Scalars& r_r) {
-    size_.resize(width());
-    Scalars inverse(width());
-    for (std::size_t lane = 0; lane < width(); ++lane) {
-      size_[lane] = r_r[lane] > 0.0 ? std::sqrt(r_r[lane]) : 1.0;
-      inverse[lane] = 1.0 / size_[lane];
-    }
-    write({inverse});
+  void precondition() {
     over(double_, rows(), "to_single", scalars(), r_, work_[first_].r);
     v_cycle(*this, levels_, first_);
-    Scalars r_z = sums(double_, 1, "dot_single", r_, work_[first_].x)[0];
-    for (std::size_t lane = 0; lane < width(); ++lane) r_z[lane] *= size_[lane];
-    return r_z;
+    sum_to(Place::r_z, double_, "dot_single", r_, work_[first_].x);
   }
-  Scalars direct(const Scalars& along) {
-    write({size_, along});
+  void direct() {
     over(double_, rows(), "update_direction", scalars(), work_[first_].x, p_);
     multiply();
-    return dot(p_, q_);
+    sum_to(Place::step, double_, "dot_double", p_, q_);
   }
-  std::pair<Scalars, Scalars> direct_to_ones() {
+  void advance() {
+    sum_to(Place::size, double_, "update_solution", static_cast<int>(Place::step), scalars(), p_,
+           q_, x_, r_);
+  }
+  Scalars add_constant() {
     over(double_, rows(), "fill", 1.0, p_);
     multiply();
-    return {dot(r_, p_), dot(q_, p_)};
-  }
-  Scalars advance(const Scalars& step) {
-    write({step});
-    return sums(double_, 1, "update_solution", scalars(), p_, q_, x_, r_)[0];
+    const Scalars missing = dot(r_, p_);
+    advance_by(quotients(missing, dot(q_, p_)));
+    return look().size;
   }
   void take(std::vector<std::vector<double>>& x, const std::vector<std::size_t>& lights) {
     std::vector<std::vector<double>*> answers;
@@ -167,6 +162,11 @@ class DeviceSystem : DeviceLanes {
     over(double_, rows(), "product", pattern.start, pattern.column, value, p_, q_);
   }
   Scalars dot(const Buffer& a, const Buffer& b) { return sums(double_, 1, "dot_double", a, b)[0]; }
+  /// advance() by what the host says.
+  void advance_by(const Scalars& step) {
+    write({step});
+    sum_to(Place::size, double_, "update_solution", 0, given(), p_, q_, x_, r_);
+  }
 
   const RowLevels& levels_;
   const std::vector<DeviceLevel>& on_device_;
@@ -176,7 +176,6 @@ class DeviceSystem : DeviceLanes {
   device::Program& double_;
   std::vector<Work> work_;  ///< [level]
   Buffer r_, x_, p_, q_;
-  Scalars size_;  ///< the residual's length
 };
 
 class OpenclSolver final : public BatchSolver {

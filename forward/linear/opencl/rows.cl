@@ -115,29 +115,31 @@ kernel void dot_single(const int rows, const int runs, global const double_vec* 
 }
 
 // The V-cycle's residual: of length one, so that single precision neither over- nor underflows.
-kernel void to_single(const int rows, global const double_vec* restrict inverse_size,
+kernel void to_single(const int rows, global const double_vec* restrict scalars,
                       global const double_vec* restrict r, global single_vec* restrict out) {
   ITEM(rows)
-  out[i] = TO(float)(r[i] * inverse_size[0]);
+  out[i] = TO(float)(r[i] / scalars[CG_LENGTH]);
 }
 
-// p = size z + along p, scalars = {size, along}.
+// p = length z + along p.
 kernel void update_direction(const int rows, global const double_vec* restrict scalars,
                              global const single_vec* restrict z, global double_vec* restrict p) {
   ITEM(rows)
-  p[i] = scalars[0] * TO(double)(z[i]) + scalars[1] * p[i];
+  p[i] = scalars[CG_LENGTH] * TO(double)(z[i]) + scalars[CG_ALONG] * p[i];
 }
 
-// x += step p, r −= step q; partial = Σ r².
-kernel void update_solution(const int rows, const int runs, global const double_vec* restrict step,
+// x += step p, r −= step q, the step being the scalar at `place`; partial = Σ r².
+kernel void update_solution(const int rows, const int runs, const int place,
+                            global const double_vec* restrict scalars,
                             global const double_vec* restrict p,
                             global const double_vec* restrict q, global double_vec* restrict x,
                             global double_vec* restrict r, global double_vec* restrict partial) {
   RUN(rows)
+  const double_vec step = scalars[place];
   double_vec sum = (double_vec)(0);
   for (int k = begin; k < end; k += step_over) {
-    x[k] += step[0] * p[k];
-    const double_vec residual = r[k] - step[0] * q[k];
+    x[k] += step * p[k];
+    const double_vec residual = r[k] - step * q[k];
     r[k] = residual;
     sum += residual * residual;
   }

@@ -14,6 +14,7 @@ extern const device::KernelSource polygrid_cl;
 namespace {
 
 using device::Buffer;
+using linear::Place;
 
 /// Of the residual that changed media leave: what little they change of the whole is solved for,
 /// too.
@@ -35,7 +36,7 @@ BatchSolve::BatchSolve(device::Context& context, const linear::Numbers& numbers,
                        const linear::Lanes& of, const DevicePattern& matrix,
                        const std::vector<DeviceLevel>& levels, Lights lights)
     : DeviceLanes(context, numbers, of, static_cast<std::size_t>(matrix.rows),
-                  numbers.interleaved ? 4096 : 64, FormerAnswers::most + 1),
+                  numbers.interleaved ? 4096 : 64, false, FormerAnswers::most + 1),
       matrix_(matrix),
       levels_(levels),
       program_(program(polygrid_cl, number_types(numbers))) {
@@ -132,41 +133,41 @@ void BatchSolve::set_media(const std::vector<MediumValues>& media,
   write_lanes(coarsest_, coarsest, coarsest.front()->size(), lanes().media());
 }
 
-Scalars BatchSolve::start(const std::vector<const std::vector<double>*>& starts) {
+void BatchSolve::start(const std::vector<const std::vector<double>*>& starts) {
   const Buffer &r = level_r_[0], &y = level_y_[0];
+  begin();
   if (!former_ || former_->size() == 0) {
     write_lanes(z_, starts, rows(), width());
     const Scalars energy = sums(1, "product", matrix_.list, matrix_.step, value_, z_, image_)[0];
     const Scalars none(width(), 0.0);
     write({linear::quotients(dot(b_, z_), energy), none, none, none});
-    return sums(1, "start_from_former", scalars(), inverse_diagonal_[0], z_, z_, z_, z_, image_,
-                image_, image_, image_, b_, x_, r, y)[0];
+    sum_to(Place::size, "start_from_former", given(), inverse_diagonal_[0], z_, z_, z_, z_, image_,
+           image_, image_, image_, b_, x_, r, y);
+    return;
   }
   const FormerAnswers& of = *former_;
   const std::vector<Scalars> products = sums(FormerAnswers::most, "products_with_images", b_,
                                              of.image(0), of.image(1), of.image(2), of.image(3));
   const auto times = of.combination({products[0], products[1], products[2], products[3]});
   write({times.begin(), times.end()});
-  return sums(1, "start_from_former", scalars(), inverse_diagonal_[0], of.answer(0), of.answer(1),
-              of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2), of.image(3), b_,
-              x_, r, y)[0];
+  sum_to(Place::size, "start_from_former", given(), inverse_diagonal_[0], of.answer(0),
+         of.answer(1), of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2),
+         of.image(3), b_, x_, r, y);
 }
 
-Scalars BatchSolve::direct(const Scalars& along) {
+void BatchSolve::direct() {
   if (first_direction_) {
     std::swap(p_, z_);
     first_direction_ = false;
   } else {
-    write({along});
-    in_runs(rows(), "update_direction", scalars(), z_, p_);
+    in_runs(rows(), "update_direction", static_cast<int>(Place::along), scalars(), z_, p_);
   }
-  return sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
+  sum_to(Place::step, "product", matrix_.list, matrix_.step, value_, p_, image_);
 }
 
-Scalars BatchSolve::advance(const Scalars& step) {
-  write({step});
-  return sums(1, "update_solution", scalars(), inverse_diagonal_[0], p_, image_, b_, x_,
-              level_r_[0], level_y_[0])[0];
+void BatchSolve::advance() {
+  sum_to(Place::size, "update_solution", scalars(), inverse_diagonal_[0], p_, image_, b_, x_,
+         level_r_[0], level_y_[0]);
 }
 
 void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,
@@ -181,30 +182,37 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
   write_lanes(b_, powers, rows(), width());
   if (former_ && former_->size() == 0) ends.of_first = of_change;
   first_direction_ = true;
+  start(starts);
   // r·z estimates the error's energy, b·x is the answer's.
-  linear::CgState at(start(starts));
+  linear::CgState at;
   Scalars first;
-  const auto reached = [&](std::size_t lane) {
-    return ends.reached_energy(at.r_z[lane], at.size[lane], first[lane]);
+  linear::Looks looks;
+  const auto excess = [&](std::size_t lane) {
+    return ends.energy_excess(at.r_z[lane], at.size[lane], first[lane]);
   };
-  linear::conjugate_gradients(
-      *this, at, [] { return false; },
-      [&] {
-        if (at.iterations == 0) first = at.r_z;
-        return at.iterations == ends.most_iterations || linear::in_all_lanes(width(), reached);
+  const int iterations = linear::conjugate_gradients(
+      *this, [](int) { return false; },
+      [&](int iteration) {
+        const bool last = iteration == ends.most_iterations;
+        if (!last && !looks.due(iteration)) return false;
+        at = look();
+        if (iteration == 0) first = at.r_z;
+        const double most = linear::largest_excess(width(), excess);
+        looks.saw(iteration, most);
+        return last || most <= 1.0;
       });
-  report.iterations = std::max(report.iterations, at.iterations);
+  report.iterations = std::max(report.iterations, iterations);
   for (std::size_t lane = 0; lane < lights.size(); ++lane) {
     const double energy = at.size[lane];
     report.residual[lights[lane]] =
         energy > 0.0 ? std::sqrt(std::max(0.0, at.r_z[lane]) / energy) : 0.0;
-    report.converged = report.converged && reached(lane);
+    report.converged = report.converged && excess(lane) <= 1.0;
   }
   // z = x + 1 z: the last correction is the answer's, too. What is kept goes without, as its image.
   write({Scalars(width(), 1.0)});
-  in_runs(rows(), "update_direction", scalars(), x_, z_);
+  in_runs(rows(), "update_direction", 0, given(), x_, z_);
   read_lanes(z_, answers);
-  if (former_ && at.iterations > 0) keep(level_r_[0]);
+  if (former_ && iterations > 0) keep(level_r_[0]);
 }
 
 void BatchSolve::keep(const Buffer& r) {
@@ -218,14 +226,15 @@ void BatchSolve::keep(const Buffer& r) {
   former_->set_products(products[0], {products[1], products[2], products[3], products[4]});
 }
 
-Scalars BatchSolve::precondition(const Scalars& /*energy*/) {
+void BatchSolve::precondition() {
   const std::size_t coarsest = levels_.size() - 1;
   const auto rows_of = [&](std::size_t l) {
     return static_cast<std::size_t>(levels_[l].links.rows);
   };
   if (coarsest == 0) {
     over(rows(), "solve_directly", coarsest_, level_r_[0], z_);
-    return dot(level_r_[0], z_);
+    sum_to(Place::r_z, "dot_product", level_r_[0], z_);
+    return;
   }
   for (std::size_t l = 0; l < coarsest; ++l) {
     const DeviceLevel& level = levels_[l];
@@ -242,8 +251,8 @@ Scalars BatchSolve::precondition(const Scalars& /*energy*/) {
          inverse_diagonal_[l], level_r_[l], level_y_[l], finer.first_child, finer.child,
          level_y_[l - 1]);
   }
-  return sums(1, "up", levels_[0].links.list, levels_[0].links.step, links_[0],
-              inverse_diagonal_[0], level_r_[0], level_y_[0], z_)[0];
+  sum_to(Place::r_z, "up", levels_[0].links.list, levels_[0].links.step, links_[0],
+         inverse_diagonal_[0], level_r_[0], level_y_[0], z_);
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -29,17 +29,17 @@ class BatchSolve : linear::DeviceLanes {
              std::vector<std::vector<double>>& x, linear::CgEnd ends, CgReport& report);
 
   // What conjugate_gradients() asks for.
-  Scalars precondition(const Scalars& energy);  ///< a V-cycle, from r of the finest level to z
-  Scalars direct(const Scalars& along);
-  Scalars advance(const Scalars& step);
+  void precondition();  ///< a V-cycle, from r of the finest level to z
+  void direct();
+  void advance();
 
  private:
   /// Of a field up to the end of its last block, 16 rows more at least (polygrid.cl).
   std::size_t field_bytes(std::size_t rows) const {
     return (rows / 16 + 2) * 16 * width() * numbers_.real_bytes();
   }
-  /// x and r from former answers, or from the multiple of `starts` that has the least error; b·x.
-  Scalars start(const std::vector<const std::vector<double>*>& starts);
+  /// x and r from former answers, or from the multiple of `starts` that has the least error.
+  void start(const std::vector<const std::vector<double>*>& starts);
 
   /// The answer x, which is left to it, with its image b − r.
   void keep(const device::Buffer& r);
@@ -62,6 +62,10 @@ class BatchSolve : linear::DeviceLanes {
   template <class... T>
   std::vector<Scalars> sums(std::size_t count, const char* kernel, const T&... arguments) {
     return DeviceLanes::sums(program_, count, kernel, arguments...);
+  }
+  template <class... T>
+  void sum_to(linear::Place place, const char* kernel, const T&... arguments) {
+    DeviceLanes::sum_to(place, program_, kernel, arguments...);
   }
 
   const DevicePattern& matrix_;

@@ -64,24 +64,25 @@ kernel void dot_product(const int rows, const int runs, global const REAL* restr
   leave_sum(sum, (sum_vec)(0), run, partial);
 }
 
-// p = z + along p.
-kernel void update_direction(const int rows, const int runs, global const SUM* restrict along,
+// p = z + along p, along being the scalar at `place`.
+kernel void update_direction(const int rows, const int runs, const int place,
+                             global const SUM* restrict scalars,
                              global const REAL* restrict z, global REAL* restrict p) {
   RUN(BLOCKS_OF(rows))
   part times[PARTS];
-  lanes_to_parts(along, times);
+  lanes_to_parts(scalars + place * WIDTH, times);
   FOR_BLOCK_PARTS(k) SET(AT(k, z) + times[c] * AT(k, p), k, p);
 }
 
 // x += step p, r −= step q; partial = Σ b·x.
-kernel void update_solution(const int rows, const int runs, global const SUM* restrict step,
+kernel void update_solution(const int rows, const int runs, global const SUM* restrict scalars,
                             global const REAL* restrict inverse_diagonal,
                             global const REAL* restrict p, global const REAL* restrict q,
                             global const REAL* restrict b, global REAL* restrict x, global REAL* restrict r,
                             global REAL* restrict y, global SUM* restrict partial) {
   RUN(BLOCKS_OF(rows))
   part by[PARTS];
-  lanes_to_parts(step, by);
+  lanes_to_parts(scalars + CG_STEP * WIDTH, by);
   sum_part sum[PARTS];
   FOR_PARTS(c) sum[c] = (sum_part)(0);
   FOR_BLOCK_PARTS(k) {

@@ -111,6 +111,46 @@ TEST_F(EmbeddedOpencl, SlicesOfRowsChangeNothing) {
   }
 }
 
+/// The device computes its step lengths itself, and the host looks at some iterations only: as many
+/// iterations give what they give on the host.
+TEST_F(EmbeddedOpencl, EachIterationIsThatOfTheHost) {
+  const System system({random_medium(9), random_medium(10)});
+  const std::vector<Load> loads{system.light(0, 10), system.light(1, 500)};
+  const auto host = linear::make_host_solver(row_levels_of(system.d.levels));
+  for (const std::size_t slice : {1U, 32U}) {
+    const auto opencl =
+        linear::make_opencl_solver(row_levels_of(system.d.levels), context(), slice);
+    for (const int iterations : {0, 1, 2, 3, 5, 8}) {
+      std::vector<std::vector<double>> reference, x;
+      EXPECT_FALSE(host->solve(loads, reference, {1e-15, iterations}).converged);
+      const CgReport report = opencl->solve(loads, x, {1e-15, iterations});
+      EXPECT_FALSE(report.converged);
+      EXPECT_EQ(report.iterations, iterations);
+      for (std::size_t l = 0; l < loads.size(); ++l) {
+        EXPECT_LE(relative_difference(system.on_surface(x[l]), system.on_surface(reference[l])),
+                  1e-5)
+            << iterations << " iterations, light " << l;
+      }
+    }
+  }
+}
+
+/// Whatever the tolerance, no light stops above it, nor an iteration later than on the host.
+TEST_F(EmbeddedOpencl, StopsWhereTheHostStops) {
+  const System system({random_medium(11), ObjectMedium({0.3, 0.02})});
+  const std::vector<Load> loads{system.light(0, 10), system.light(1, 500)};
+  const auto host = linear::make_host_solver(row_levels_of(system.d.levels));
+  const auto opencl = linear::make_opencl_solver(row_levels_of(system.d.levels), context(), 32);
+  for (double tolerance = 0.3; tolerance > 1e-8; tolerance *= 0.3) {
+    std::vector<std::vector<double>> reference, x;
+    const CgReport a = host->solve(loads, reference, {tolerance, 60});
+    const CgReport b = opencl->solve(loads, x, {tolerance, 60});
+    EXPECT_TRUE(a.converged && b.converged);
+    EXPECT_NEAR(a.iterations, b.iterations, 1) << tolerance;
+    for (const double residual : b.residual) EXPECT_LE(residual, 2.0 * tolerance);
+  }
+}
+
 TEST_F(EmbeddedOpencl, ALightWithoutPowerStaysDark) {
   const System system({ObjectMedium({0.3, 0.01})});
   std::vector<Load> loads{system.light(0, 10), system.light(0, 10)};
