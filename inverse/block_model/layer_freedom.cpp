@@ -23,17 +23,22 @@ void LayerFreedom::widen(const LayerFreedom& other) {
   }
 }
 
-LayerFreedom layer_freedom(Objective& objective) {
-  const MediumSpace& space = objective.space();
-  const int layers = std::min(space.depth(), defaults::layer_freedom::layers);
-  const LayeredMedium even = with_layers({{0}, {0.0}, {0.0}}, layers, space.depth());
+LayerFreedom layer_freedom(Objective& objective, const MediumSpace& block) {
+  const int layers = std::min(block.depth(), defaults::layer_freedom::layers);
+  const LayeredMedium even = with_layers({{0}, {0.0}, {0.0}}, layers, block.depth());
+  const auto on_grid = [&](CoefficientPair fields) {
+    const GridShape& shape = objective.space().shape;
+    if (shape == block.shape) return fields;
+    return CoefficientPair{restrict_voxels(fields.log_kappa, block.shape, shape),
+                           restrict_voxels(fields.log_mu, block.shape, shape)};
+  };
   const Eigen::Index unknowns = 2 * layers;
   const auto data = static_cast<Eigen::Index>(objective.problem().data.size());
   Eigen::MatrixXd by(data, unknowns), normal(unknowns, unknowns);
   for (Eigen::Index k = 0; k < unknowns; ++k) {
     const Eigen::VectorXd one = Eigen::VectorXd::Unit(unknowns, k);
     const std::vector<double> change =
-        objective.jacobian(to_fields(with_unknowns(even, one), space));
+        objective.jacobian(on_grid(to_fields(with_unknowns(even, one), block)));
     by.col(k) = Eigen::Map<const Eigen::VectorXd>(change.data(), data);
   }
   for (Eigen::Index k = 0; k < unknowns; ++k) {
@@ -47,7 +52,7 @@ LayerFreedom layer_freedom(Objective& objective) {
   LayerFreedom freedom;
   for (Eigen::Index l = 0; l < layers; ++l) {
     const auto next = static_cast<std::size_t>(l) + 1;
-    const int end = l + 1 < layers ? even.first[next] : space.depth();
+    const int end = l + 1 < layers ? even.first[next] : block.depth();
     for (int slice = even.first[static_cast<std::size_t>(l)]; slice < end; ++slice) {
       freedom.log_kappa.push_back(std::sqrt(covariance(l, l)));
       freedom.log_mu.push_back(std::sqrt(covariance(layers + l, layers + l)));

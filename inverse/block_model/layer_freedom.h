@@ -21,8 +21,9 @@ struct LayerFreedom {
 };
 
 /// The fields may change by whole layers of equal depth, which only the data and layer_prior()
-/// (model_layers.h) hold. Linearised at the fields of the objective's last value(): two tangent
-/// solves per layer (docs/theory.md, 5).
-LayerFreedom layer_freedom(Objective& objective);
+/// (model_layers.h) hold. Slices and layers are those of the fit's block; `objective` may be of
+/// voxels of twice the edge. Linearised at the fields of its last value(): two tangent solves per
+/// layer (docs/theory.md, 5).
+LayerFreedom layer_freedom(Objective& objective, const MediumSpace& block);
 
 }  // namespace kappamu::inverse

@@ -33,15 +33,6 @@ struct Grid {
   Refinement finer;
 };
 
-Problem suitable_problem(const Problem& problem, const ModelError& model_error) {
-  const GridShape& s = problem.setup.shape;
-  if (std::min({s.nx, s.ny, s.nz}) >= enough_voxels) {
-    Problem coarse = coarsen(problem, model_error);
-    if (coarse.used() >= problem.used() / 8) return coarse;
-  }
-  return problem;
-}
-
 Grid suitable_grid(const Problem& problem, const ModelError& model_error) {
   Problem suitable = suitable_problem(problem, model_error);
   const bool coarser = !(suitable.setup.shape == problem.setup.shape);
@@ -141,43 +132,12 @@ Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
   return result;
 }
 
-CoefficientPair restricted(const CoefficientPair& fields, const GridShape& fine,
-                           const GridShape& coarse) {
-  return {restrict_voxels(fields.log_kappa, fine, coarse),
-          restrict_voxels(fields.log_mu, fine, coarse)};
-}
-
-/// An objective whose r makes its prediction at `fields`, the volume on a suitable grid, what the
-/// fit's was.
-std::unique_ptr<Objective> objective_at(const FittedVolume& volume, Problem problem,
-                                        const CoefficientPair& fields, const Backend& backend) {
-  const FaceShape seen = problem.seen_shape();
-  std::vector<double> prediction = volume.prediction;
-  if (!(problem.setup.shape == volume.problem.setup.shape)) {
-    prediction = restrict_face(prediction, volume.problem.seen_shape(), seen, 2, problem.patterns);
-  }
-  auto objective = std::make_unique<Objective>(std::move(problem), backend, volume.data_term);
-  objective->value(fields);
-  const std::vector<double> uncorrected = objective->prediction();
-  for (std::size_t i = 0; i < prediction.size(); ++i) {
-    prediction[i] = uncorrected[i] > 0.0 ? prediction[i] / uncorrected[i] : 1.0;
-  }
-  objective->set_correction({std::move(prediction)});
-  objective->value(fields);
-  return objective;
-}
-
 Consistency with_volume(const FittedVolume& volume, Consistency homogeneous,
                         const ModelError& model_error, const Backend& backend, std::uint64_t seed) {
-  Problem problem = suitable_problem(volume.problem, model_error);
-  if (problem.precision) problem.precision->hold_mean(false);
-  const GridShape& fine = volume.problem.setup.shape;
-  const GridShape shape = problem.setup.shape;
-  const CoefficientPair fields =
-      shape == fine ? volume.fields : restricted(volume.fields, fine, shape);
-  const auto objective = objective_at(volume, std::move(problem), fields, backend);
+  const auto [fields, objective] = on_suitable_grid(volume, model_error, backend);
   VolumeErrors found = volume_errors(*objective, fields, volume.prior, volume_steps, seed);
-  const double voxels = shape.voxel_mm / fine.voxel_mm;
+  const double voxels =
+      objective->problem().setup.shape.voxel_mm / volume.problem.setup.shape.voxel_mm;
   for (Estimate* shift : {&found.shift_u, &found.shift_v}) {
     shift->value *= voxels;
     shift->error *= voxels;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "inverse/data_checks/coarser_volume.h"
 #include "inverse/data_checks/scale_and_shift.h"
 #include "inverse/data_checks/volume_errors.h"
 #include "inverse/problem/problem.h"
@@ -53,15 +54,6 @@ struct Consistency {
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const ModelError& model_error, const Backend& backend,
                               const std::optional<PhotonOptions>& photons = std::nullopt);
-
-/// The end of a volume's fit.
-struct FittedVolume {
-  const Problem& problem;  ///< the finest grid's
-  const CoefficientPair& fields;
-  const std::vector<double>& prediction;  ///< [M][v][u], as `problem.data`
-  const Prior& prior;                     ///< of the fit's α
-  const DataTermOptions& data_term;
-};
 
 /// `homogeneous` with what the volume shows.
 Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,

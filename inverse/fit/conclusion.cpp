@@ -5,9 +5,12 @@
 #include <optional>
 #include <vector>
 
+#include "core/error.h"
 #include "core/shown_text.h"
 #include "forward/diffusion_warnings.h"
+#include "inverse/data_checks/coarser_volume.h"
 #include "inverse/defaults.h"
+#include "inverse/fit/fit_uncertainty.h"
 #include "inverse/optimise/lateral_hessian.h"
 
 namespace kappamu::inverse {
@@ -167,6 +170,42 @@ void check_data(FitRun& run) {
   run.count(by_volume.solves);
 }
 
+namespace {
+
+/// Whether `freedom` shows in deviations beside what else this channel makes of them, or comes near
+/// the warning.
+bool matters(const LayerFreedom& freedom, const SharedDeviation& beside) {
+  const auto exceeds = [](const Vector& slices, double deviation) {
+    return std::any_of(slices.begin(), slices.end(), [&](double f) { return f > deviation; });
+  };
+  const double near_warning = 0.7 * std::log(defaults::summary::undetermined_factor);
+  return exceeds(freedom.log_kappa, beside.log_kappa) || exceeds(freedom.log_mu, beside.log_mu) ||
+         freedom.least_log_mu() > near_warning;
+}
+
+/// By solves on voxels of twice the edge, which cost an eighth and state too much of κ next to the
+/// seen face; where that matters, on the fit's own.
+LayerFreedom freedom_of(FitRun& run, const ChannelFit& fit) {
+  Objective& objective = run.grid.objective();
+  const FitOptions& options = run.options;
+  const Backend& backend = options.solver.backend;
+  const std::vector<double> prediction = objective.prediction();
+  try {
+    const CoarserVolume coarser = on_suitable_grid(
+        {objective.problem(), run.state.fields, prediction, prior_of(run), options.data.term},
+        options.data.model_error, backend);
+    coarser.objective->set_derivative_tolerance(derivative_tolerance(backend));
+    const LayerFreedom freedom = layer_freedom(*coarser.objective, run.grid.space());
+    run.count(coarser.objective->solves());
+    if (!matters(freedom, shared_deviation({&fit, 1}, run.measurements.lit_face))) return freedom;
+  } catch (const InputError&) {
+    // Averaged, a volume may defy the solver.
+  }
+  return layer_freedom(objective, run.grid.space());
+}
+
+}  // namespace
+
 void find_deviations(FitRun& run, ChannelFit& fit) {
   Objective& objective = run.grid.objective();
   const MediumSpace& space = run.grid.space();
@@ -195,7 +234,7 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
                            point_spread(prior_metric(*fit.prior, space),
                                         posterior_metric(*fit.prior, space, fit.blocks), space),
                            *fit.prior);
-  fit.freedom = layer_freedom(objective);
+  fit.freedom = freedom_of(run, fit);
   const auto sentence = profile_undetermined(fit.freedom);
   if (sentence && !run.context.interim) run.warn(*sentence);
 }
