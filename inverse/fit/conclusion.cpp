@@ -10,6 +10,7 @@
 #include "forward/diffusion_warnings.h"
 #include "inverse/data_checks/coarser_volume.h"
 #include "inverse/defaults.h"
+#include "inverse/fit/fit_uncertainty.h"
 #include "inverse/optimise/lateral_hessian.h"
 
 namespace kappamu::inverse {
@@ -171,8 +172,20 @@ void check_data(FitRun& run) {
 
 namespace {
 
-/// On voxels of twice the edge, where twelve solves cost as much as two.
-LayerFreedom freedom_of(FitRun& run) {
+/// Whether `freedom` shows in deviations beside what else this channel makes of them, or comes near
+/// the warning.
+bool matters(const LayerFreedom& freedom, const SharedDeviation& beside) {
+  const auto exceeds = [](const Vector& slices, double deviation) {
+    return std::any_of(slices.begin(), slices.end(), [&](double f) { return f > deviation; });
+  };
+  const double near_warning = 0.7 * std::log(defaults::summary::undetermined_factor);
+  return exceeds(freedom.log_kappa, beside.log_kappa) || exceeds(freedom.log_mu, beside.log_mu) ||
+         freedom.least_log_mu() > near_warning;
+}
+
+/// By solves on voxels of twice the edge, which cost an eighth and state too much of κ next to the
+/// seen face; where that matters, on the fit's own.
+LayerFreedom freedom_of(FitRun& run, const ChannelFit& fit) {
   Objective& objective = run.grid.objective();
   const FitOptions& options = run.options;
   const Backend& backend = options.solver.backend;
@@ -182,12 +195,13 @@ LayerFreedom freedom_of(FitRun& run) {
         {objective.problem(), run.state.fields, prediction, prior_of(run), options.data.term},
         options.data.model_error, backend);
     coarser.objective->set_derivative_tolerance(derivative_tolerance(backend));
-    LayerFreedom freedom = layer_freedom(*coarser.objective, run.grid.space());
+    const LayerFreedom freedom = layer_freedom(*coarser.objective, run.grid.space());
     run.count(coarser.objective->solves());
-    return freedom;
+    if (!matters(freedom, shared_deviation({&fit, 1}, run.measurements.lit_face))) return freedom;
   } catch (const InputError&) {
-    return layer_freedom(objective, run.grid.space());  // averaged, a volume may defy the solver
+    // Averaged, a volume may defy the solver.
   }
+  return layer_freedom(objective, run.grid.space());
 }
 
 }  // namespace
@@ -220,7 +234,7 @@ void find_deviations(FitRun& run, ChannelFit& fit) {
                            point_spread(prior_metric(*fit.prior, space),
                                         posterior_metric(*fit.prior, space, fit.blocks), space),
                            *fit.prior);
-  fit.freedom = freedom_of(run);
+  fit.freedom = freedom_of(run, fit);
   const auto sentence = profile_undetermined(fit.freedom);
   if (sentence && !run.context.interim) run.warn(*sentence);
 }

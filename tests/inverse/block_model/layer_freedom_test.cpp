@@ -73,8 +73,9 @@ TEST(LayerFreedom, LightOfOneSinusoidOnTheSeenFaceLeavesTheProfileOpen) {
   }
 }
 
-/// Layers may end within coarse voxels: three voxels of depth, of which a coarse one has two.
-TEST(LayerFreedom, IsTheSameOnVoxelsOfTwiceTheEdge) {
+/// Layers may end within coarse voxels: three voxels of depth, of which a coarse one has two. What
+/// pixels of half the size know of κ next to the seen face is lost there, so more is left open.
+TEST(LayerFreedom, OnVoxelsOfTwiceTheEdgeIsNoSmaller) {
   test_cases::Block block;
   block.grid = {24, 24, 18, 0.5};
   const std::vector<double> light = test_cases::bar_light(block.grid, block.lit, 4);
@@ -83,8 +84,8 @@ TEST(LayerFreedom, IsTheSameOnVoxelsOfTwiceTheEdge) {
   ASSERT_EQ(coarse.log_mu.size(), fine.log_mu.size());
   constexpr double share = 0.2;
   for (std::size_t slice = 0; slice < fine.log_mu.size(); ++slice) {
-    EXPECT_NEAR(coarse.log_kappa[slice] / fine.log_kappa[slice], 1.0, share) << slice;
-    EXPECT_NEAR(coarse.log_mu[slice] / fine.log_mu[slice], 1.0, share) << slice;
+    EXPECT_GT(coarse.log_kappa[slice], (1.0 - share) * fine.log_kappa[slice]);
+    EXPECT_NEAR(coarse.log_mu[slice], fine.log_mu[slice], share * fine.log_mu[slice]);
   }
 }
 

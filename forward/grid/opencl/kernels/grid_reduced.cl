@@ -1,13 +1,18 @@
 // The reduced system in ACCU arithmetic: its true residual, as a sweep (grid_stream_prelude.cl)
 // whose ring holds ACCU vectors, and with it the way back from red cells to all of them. The
 // solution is x + d: x on all cells, of which only the red ones are read, and a correction d on red
-// cells in their own order; without with_d, d is taken for zero.
+// cells in their own order.
 
-// r = b − A (x + d) on red cells, black ones solved for and written to `black`, which may be x;
+// Which of the two are there: x and d; x, whatever d holds; or d, which x is set to.
+#define X_AND_D 0
+#define X_ALONE 1
+#define D_ALONE 2
+
+// r = b − A (x + d) on red cells, black ones solved for and written to x;
 // sums [plane of a tile][2] (first_sum): Σ r² and Σ b² over all cells.
-kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
+kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int parts,
                              global const vec* restrict d, global const vec* restrict rhs,
-                             global const vec* x, global vec* black, global vec* restrict r,
+                             global vec* restrict x, global vec* restrict r,
                              global accu_vec* restrict sums, const int scratch_cells,
                              global vec* restrict scratch) {
   const int tile = (int)get_global_id(1);
@@ -35,7 +40,8 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
       global const Stencil* g = stencils + STENCIL_ROW(y, k, parity);
       global const vec* right_m = rhs + CELL(parity, m, k);
       global const vec* right = rhs + CELL(parity, y, k);
-      global vec* to_black = black + CELL(parity, m, k);
+      global vec* to_black = x + CELL(parity, m, k);
+      global vec* to_red = x + CELL(parity, y, k);
       global vec* to = r + RED_ROW(y, k);
       // What comes next is fetched meanwhile, one plane ahead.
       const int ahead = min(t + 1, ny - 1), next = min(t, ny - 1);
@@ -44,10 +50,12 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
       global const vec* coming_d = d + RED_ROW(ahead, k);
       global const vec* coming_rhs = rhs + CELL(0, next, k);
       for (long e = all.begin; e < all.end; ++e) {
-        PREFETCH(coming_x + 2 * e);
+        if (parts != D_ALONE) PREFETCH(coming_x + 2 * e);
         PREFETCH(coming_d + e);
         if (WITHIN(firsts, e)) {
-          out0[e] = with_d ? to_accu(from[2 * e]) + to_accu(more[e]) : to_accu(from[2 * e]);
+          out0[e] = parts == D_ALONE   ? to_accu(more[e])
+                    : parts == X_ALONE ? to_accu(from[2 * e])
+                                       : to_accu(from[2 * e]) + to_accu(more[e]);
         }
         PREFETCH_STENCILS(coming, e);
         if (WITHIN(middles, e)) {
@@ -67,6 +75,7 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
           const accu_vec here = to_accu(right[2 * e]);
           const accu_vec residual = here - IMAGE(g[e], v, e);
           STREAM_OUT(to_vec(residual), to + e);
+          if (parts == D_ALONE) STREAM_OUT(to_vec(v.here[e]), to_red + 2 * e);
           rr += residual * residual;
           bb += here * here;
         }

@@ -21,7 +21,7 @@ class StreamSteps final : public CgSteps {
 
   void begin(InitialGuess guess) override {
     fresh_ = first_d_ = true;
-    zero_ = guess == InitialGuess::zero;
+    first_x_ = zero_ = guess == InitialGuess::zero;
   }
   Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
                       const device::Buffer& x) override;
@@ -60,9 +60,10 @@ class StreamSteps final : public CgSteps {
   std::array<device::Buffer, 2> p_;
   device::Buffer scratch_, scalars_, cycle_dots_, step_sums_, residual_sums_;
   std::size_t now_ = 0;
-  bool fresh_ = true;    ///< no direction yet
-  bool first_d_ = true;  ///< d is zero, whatever its buffer holds
-  bool zero_ = false;    ///< x + d is
+  bool fresh_ = true;     ///< no direction yet
+  bool first_d_ = true;   ///< d is zero, whatever its buffer holds
+  bool first_x_ = false;  ///< x is zero on red cells
+  bool zero_ = false;     ///< x + d is
 };
 
 StreamSteps::StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
@@ -156,13 +157,18 @@ CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const devi
     context_.launch(kernels.residual(), "residual_of_zero", items(tiles), tiles.size[0],
                     tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, b, x, r_, sums);
   } else {
-    if (!first_d_) {
+    // As in grid_reduced.cl.
+    enum Parts : int { x_and_d, x_alone, d_alone };
+    const Parts parts = first_d_ ? x_alone : first_x_ ? d_alone : x_and_d;
+    if (parts == x_and_d) {
       context_.launch(kernels.residual(), "renormalise_red", kernels.items(rows_of(s)), s.nx, s.ny,
                       s.nz, x, d_);
     }
     context_.launch(kernels.residual(), "reduced_residual", items(tiles), tiles.size[0],
-                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, int{!first_d_},
-                    d_, b, x, x, r_, sums, tiles.scratch_cells, scratch_);
+                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, int{parts}, d_,
+                    b, x, r_, sums, tiles.scratch_cells, scratch_);
+    first_d_ = parts != x_and_d;  // x has all of it
+    first_x_ = false;
   }
   return {pair_sum(kernels, sums, tiles.sums, 0), pair_sum(kernels, sums, tiles.sums, 1)};
 }
