@@ -107,12 +107,12 @@ void measure_photographs(const Request& request, Progress& progress, const Save&
     save({{"session", folder.string()}, {"rows", rows}});
   };
   const auto step = [&](const char* name) { progress.update("photographs", 0.0, name); };
+  if (!request.has("session")) fs::remove_all(work);
+  fs::create_directories(work);  // for the logs
   if (request.has("session")) {
     folder = request.words("session").at(0);
   } else {
     step("simulate");
-    fs::remove_all(work);
-    fs::create_directories(work);
     const Cost cost = cost_of({"simulate", "--sample", "tiny", "--camera", size, "--boards", "6",
                                "--planes", "4", "--bars", "4", "--exposures", "0.033", "0.5", "8",
                                "--holdout", "0", "-o", (work / "rig").string()},
