@@ -86,15 +86,13 @@ void DeviceGradient::add_beam(const device::Buffer& columns, const device::Buffe
   const GridShape& s = setup_.shape;
   const Face lit = setup_.lit_face;
   const FaceIndex f = face_index(s, lit);
-  const int axis = axis_of(lit);
-  const int inwards = (axis == 0 ? 1 : axis == 1 ? s.nx : s.nx * s.ny) * (is_plus(lit) ? -1 : 1);
   const std::size_t scratch_bytes = s.cells() * sizeof(double);
   const std::array<device::Buffer, 3> scratch{pool_.take(scratch_bytes), pool_.take(scratch_bytes),
                                               pool_.take(scratch_bytes)};
   context_.launch(program_of(context_, format_), "gradient_of_beam",
-                  items(face_shape(s, lit).cells()), f.nu, f.nv, s.extent(axis), f.cell, f.cell_u,
-                  f.cell_v, inwards, static_cast<int>(s.cells()), s.voxel_mm,
-                  fresnel_internal(setup_.eta, 1.0),
+                  items(face_shape(s, lit).cells()), f.nu, f.nv, s.extent(axis_of(lit)), f.cell,
+                  f.cell_u, f.cell_v, cells_inwards(s, lit), static_cast<int>(s.cells()),
+                  s.voxel_mm, fresnel_internal(setup_.eta, 1.0),
                   s.voxel_mm * s.voxel_mm * constants_.normal_transmittance, logs_, columns,
                   scratch[0], scratch[1], scratch[2], gradient);
 }

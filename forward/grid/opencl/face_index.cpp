@@ -13,6 +13,11 @@ FaceIndex face_index(const GridShape& s, Face face) {
   return {size.nu, size.nv, last * cells[a], cells[u], cells[v]};
 }
 
+int cells_inwards(const GridShape& s, Face face) {
+  const int axis = axis_of(face);
+  return (axis == 0 ? 1 : axis == 1 ? s.nx : s.nx * s.ny) * (is_plus(face) ? -1 : 1);
+}
+
 std::array<int, 3> column_strides(const GridShape& s, Face lit) {
   switch (axis_of(lit)) {
     case 0:

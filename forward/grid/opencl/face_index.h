@@ -13,6 +13,9 @@ struct FaceIndex {
 };
 FaceIndex face_index(const GridShape& shape, Face face);
 
+/// From a voxel to the next one below the face.
+int cells_inwards(const GridShape& shape, Face face);
+
 /// The column below the lit face in which voxel (x, y, z) lies: x a[0] + y a[1] + z a[2].
 std::array<int, 3> column_strides(const GridShape& shape, Face lit);
 

@@ -9,6 +9,7 @@
 #include "core/processor_time.h"
 #include "device/buffer_pool.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/grid/opencl/deposit_beam.h"
 #include "forward/grid/opencl/device_gradient.h"
 #include "forward/grid/opencl/face_index.h"
 #include "forward/grid/opencl/field_sums.h"
@@ -232,7 +233,9 @@ class OpenclSolver final : public GridSolver {
   /// Levels and deposit from κ and μ.
   void assemble(const device::Buffer& kappa, const device::Buffer& mu) {
     if (hierarchy_->set_medium(kappa, mu)) cg_.reset();
-    if (setup_.source == SourceModel::first_collision) deposit_beam(kappa, mu);
+    if (setup_.source == SourceModel::first_collision) {
+      deposit_beam(context_, format_, layout_, setup_, kappa, mu, deposit_);
+    }
   }
   void need_medium() const {
     check(hierarchy_->has_medium(), "set_medium must come before the first use of the solver");
@@ -246,27 +249,6 @@ class OpenclSolver final : public GridSolver {
   BatchedCg& cg() const {
     if (!cg_) cg_.emplace(context_, format_, *hierarchy_, layout_, most_lanes_);
     return *cg_;
-  }
-
-  /// deposit_ from the medium.
-  void deposit_beam(const device::Buffer& kappa, const device::Buffer& mu) const {
-    const GridShape& s = setup_.shape;
-    const Face lit = setup_.lit_face;
-    const FaceIndex f = face_index(s, lit);
-    const int axis = axis_of(lit);
-    const int inwards = (axis == 0 ? 1 : axis == 1 ? s.nx : s.nx * s.ny) * (is_plus(lit) ? -1 : 1);
-    const auto eights = static_cast<std::size_t>((f.nu + 7) / 8);
-    const auto rows = static_cast<std::size_t>(f.nv);
-    const device::Buffer remaining = context_.allocate(8 * eights * rows * format_.accu_bytes());
-    const device::Range items =
-        layout_ == Layout::gpu ? device::Range{eights, rows, 32, 1} : device::Range{1, rows, 1, 1};
-    with_reals(
-        [&](auto h, auto reflectance) {
-          context_.launch(level_program(context_, format_, layout_), "first_collisions", items,
-                          f.nu, f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
-                          reflectance, kappa, mu, deposit_, remaining);
-        },
-        s.voxel_mm, fresnel_internal(setup_.eta, 1.0));
   }
 
   Block face_block(Face face, const Block& block, std::span<const double> values) const {
