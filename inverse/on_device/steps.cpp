@@ -8,6 +8,14 @@ namespace kappamu::inverse {
 
 namespace {
 
+/// Bytes of the vectors on the device for each voxel, with so many pairs of L-BFGS.
+std::size_t bytes_per_voxel(int pairs) {
+  // Two coefficients: pairs in float; z, its gradient and direction, two points of z and fields,
+  // the gradient by the fields and two scratch vectors of the transforms in double.
+  constexpr std::size_t doubles = 12;
+  return 2 * (2 * sizeof(float) * static_cast<std::size_t>(pairs) + sizeof(double) * doubles);
+}
+
 /// Whether the vectors belong into the memory of the device that the operator computes on.
 bool belong_there(const Objective& objective, const Basis& basis, const Regulariser& regulariser,
                   const OptimiserOptions& options, VectorPlace place) {
@@ -19,7 +27,7 @@ bool belong_there(const Objective& objective, const Basis& basis, const Regulari
   // A processor's own loops and transforms are faster there than kernels (docs/engine.md).
   const device::DeviceInfo& info = medium->context().info();
   const double needed = static_cast<double>(objective.space().cells()) *
-                        static_cast<double>(device_bytes_per_voxel(options.memory));
+                        static_cast<double>(bytes_per_voxel(options.memory));
   constexpr double share = 0.85;
   return info.kind == device::Kind::gpu &&
          static_cast<double>(medium->context().allocated_bytes()) + needed <=
@@ -27,13 +35,6 @@ bool belong_there(const Objective& objective, const Basis& basis, const Regulari
 }
 
 }  // namespace
-
-std::size_t device_bytes_per_voxel(int pairs) {
-  // Two coefficients: pairs in float; z, its gradient and direction, two points of z and fields,
-  // the gradient by the fields and two scratch vectors of the transforms in double.
-  constexpr std::size_t doubles = 12;
-  return 2 * (2 * sizeof(float) * static_cast<std::size_t>(pairs) + sizeof(double) * doubles);
-}
 
 struct Steps::OnDevice {
   DeviceArithmetic arithmetic;

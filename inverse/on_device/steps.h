@@ -40,7 +40,4 @@ class Steps {
   std::unique_ptr<OnDevice> device_;  ///< null: the host's
 };
 
-/// Bytes on the device of these vectors, for each voxel, with so many pairs of L-BFGS.
-std::size_t device_bytes_per_voxel(int pairs);
-
 }  // namespace kappamu::inverse
