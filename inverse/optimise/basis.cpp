@@ -128,6 +128,27 @@ Vector Basis::gradient(const CoefficientPair& by_field) const {
   return coordinates_of(by_field, Factor::solve_transposed);
 }
 
+Vector Basis::carried(const Basis& before, const Vector& z, Factor off, Factor on) const {
+  check((waves_ == nullptr) == (before.waves_ == nullptr) && cells_ == before.cells_,
+        "coordinates of another kind are not carried");
+  if (!waves_) return z;
+  const auto waves_of = [&](const Vector& v) {
+    return Waves(v.data(), waves_->rows(), waves_->waves());
+  };
+  Vector between(z.size()), result(z.size());
+  before.apply(off, waves_of(z), between.data());
+  apply(on, waves_of(between), result.data());
+  return result;
+}
+
+Vector Basis::carried(const Basis& before, const Vector& z) const {
+  return carried(before, z, Factor::solve, Factor::multiply);
+}
+
+Vector Basis::carried_gradient(const Basis& before, const Vector& by_z) const {
+  return carried(before, by_z, Factor::multiply_transposed, Factor::solve_transposed);
+}
+
 Eigen::MatrixXd Basis::inverse_factor(int bin) const {
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(waves_->rows(), waves_->rows());
   factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);

@@ -62,6 +62,10 @@ class Basis {
   Vector gradient(const CoefficientPair& by_field) const;
   /// The gradient with respect to the fields that gradient() makes `by_z` of: B⁻ᵀ.
   CoefficientPair gradient_by_field(const Vector& by_z) const;
+  /// from_fields() of `before`'s to_fields(z), and gradient() of its gradient_by_field(by_z): of
+  /// two bases of one block, whose waves are the same.
+  Vector carried(const Basis& before, const Vector& z) const;
+  Vector carried_gradient(const Basis& before, const Vector& by_z) const;
   /// Covariance B Bᵀ, the approximation of the Hessian's inverse. Of a whole block.
   FieldCovariance covariance() const;
   /// The waves that z has coefficients of; null where it is voxels.
@@ -81,6 +85,8 @@ class Basis {
   using Waves = Eigen::Map<const Eigen::MatrixXd>;
   /// `to` = U⁻¹, U⁻ᵀ, U or Uᵀ of every wave's bin times `from`.
   void apply(Factor factor, const Waves& from, double* to) const;
+  /// `on` of this basis times `off` of `before`.
+  Vector carried(const Basis& before, const Vector& z, Factor off, Factor on) const;
   CoefficientPair fields_of(const Vector& z, Factor factor) const;
   Vector coordinates_of(const CoefficientPair& fields, Factor factor) const;
 

@@ -22,13 +22,15 @@ bool equal(const Vector& a, const Vector& b) {
   return all;
 }
 
-void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term) {
-  for_pieces(to.log_mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      to.log_kappa[i] += factor * term.log_kappa[i];
-      to.log_mu[i] += factor * term.log_mu[i];
-    }
+void add_scaled(Vector& to, double factor, const Vector& term) {
+  for_pieces(to.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) to[i] += factor * term[i];
   });
+}
+
+void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term) {
+  add_scaled(to.log_kappa, factor, term.log_kappa);
+  add_scaled(to.log_mu, factor, term.log_mu);
 }
 
 }  // namespace
@@ -86,17 +88,16 @@ Vector FitFunction::gradient() {
 }
 
 void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change) const {
-  const CoefficientPair moved = before.basis_.to_fields(step);
-  CoefficientPair by_field = before.basis_.gradient_by_field(change);
+  change = basis_.carried_gradient(before.basis_, change);
   const double added = weight_ - before.weight_;
   if (added != 0.0) {
+    const CoefficientPair moved = before.basis_.to_fields(step);
     const CoefficientPair smoothing =
         smoothing_product(objective_.space(), anchor_.length_mm, roughness_.diffusivity,
                           scale_.by_scaled(here_.fields, moved));
-    add_scaled(by_field, added, scale_.by_scaled(here_.fields, smoothing));
+    add_scaled(change, added, basis_.gradient(scale_.by_scaled(here_.fields, smoothing)));
   }
-  step = basis_.from_fields(moved);
-  change = basis_.gradient(by_field);
+  step = basis_.carried(before.basis_, step);
 }
 
 /// With H = JᵀWJ + βR'' and g = R' at the minimum under α, where the data's gradient is −α g: the

@@ -8,7 +8,9 @@
 #include <numeric>
 #include <vector>
 
+#include "core/error.h"
 #include "core/numbers/dot.h"
+#include "core/numbers/relative_difference.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
 #include "inverse/regulariser/roughness.h"
@@ -51,6 +53,19 @@ TEST_P(BasisLaws, InverseAndTranspose) {
       EXPECT_NEAR(by_field.log_mu[i], w.log_mu[i], rounding);
     }
   }
+}
+
+TEST_P(BasisLaws, CarriedIsByWayOfTheFields) {
+  const MediumSpace space{{7, 5, 4, 0.3}, GetParam(), 1.2};
+  const CoefficientPair u = cases::random_direction(space.shape, 4);
+  for (const Coordinates c : {Coordinates::voxels, Coordinates::smooth}) {
+    const Basis before(space, {c, 1.2, 10.0}, {}), after(space, {c, 0.7, 2.0}, {});
+    const Vector z = before.from_fields(u), by_z = before.gradient(u);
+    EXPECT_LT(relative_difference(after.carried(before, z), after.from_fields(u)), 1e-12);
+    EXPECT_LT(relative_difference(after.carried_gradient(before, by_z), after.gradient(u)), 1e-12);
+  }
+  const Basis voxels(space, {Coordinates::voxels}, {}), smooth(space, {Coordinates::smooth}, {});
+  EXPECT_THROW(smooth.carried(voxels, smooth.from_fields(u)), InternalError);
 }
 INSTANTIATE_TEST_SUITE_P(EveryDepthAxis, BasisLaws, ::testing::Values(0, 1, 2));
 
