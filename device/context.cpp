@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <mutex>
 #include <shared_mutex>
@@ -14,39 +15,9 @@
 #include "core/process_memory.h"
 #include "device/kernel_cache.h"
 #include "device/opencl_api.h"
+#include "device/traffic.h"
 
 namespace kappamu::device {
-
-std::string error_name(cl_int code) {
-  switch (code) {
-    case CL_DEVICE_NOT_FOUND:
-      return "CL_DEVICE_NOT_FOUND";
-    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
-      return "CL_MEM_OBJECT_ALLOCATION_FAILURE";
-    case CL_OUT_OF_RESOURCES:
-      return "CL_OUT_OF_RESOURCES";
-    case CL_OUT_OF_HOST_MEMORY:
-      return "CL_OUT_OF_HOST_MEMORY";
-    case CL_BUILD_PROGRAM_FAILURE:
-      return "CL_BUILD_PROGRAM_FAILURE";
-    case CL_INVALID_VALUE:
-      return "CL_INVALID_VALUE";
-    case CL_INVALID_KERNEL_NAME:
-      return "CL_INVALID_KERNEL_NAME";
-    case CL_INVALID_ARG_SIZE:
-      return "CL_INVALID_ARG_SIZE";
-    case CL_INVALID_ARG_INDEX:
-      return "CL_INVALID_ARG_INDEX";
-    case CL_INVALID_KERNEL_ARGS:
-      return "CL_INVALID_KERNEL_ARGS";
-    case CL_INVALID_WORK_GROUP_SIZE:
-      return "CL_INVALID_WORK_GROUP_SIZE";
-    case CL_INVALID_BUFFER_SIZE:
-      return "CL_INVALID_BUFFER_SIZE";
-    default:
-      return "error " + std::to_string(code);
-  }
-}
 
 namespace {
 
@@ -66,19 +37,33 @@ std::string first_error(const std::string& log) {
   return found.empty() ? "the compiler gave no reason" : found;
 }
 
+struct {
+  std::atomic<std::size_t> launches = 0, waits = 0, waited_ns = 0, bytes = 0;
+} passed;
+
+/// A call that waits for the device, as long as this lives.
+class Wait {
+ public:
+  explicit Wait(std::size_t bytes) {
+    ++passed.waits;
+    passed.bytes += bytes;
+  }
+  ~Wait() {
+    const std::chrono::nanoseconds waited = std::chrono::steady_clock::now() - began_;
+    passed.waited_ns += static_cast<std::size_t>(waited.count());
+  }
+  Wait(const Wait&) = delete;
+  Wait& operator=(const Wait&) = delete;
+
+ private:
+  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+};
+
 }  // namespace
 
-void check_call(cl_int code, const char* call, const std::string& device) {
-  if (code == CL_SUCCESS) return;
-  if (code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY ||
-      code == CL_INVALID_BUFFER_SIZE) {
-    throw InputError("device '" + device +
-                         "' is out of memory; use a coarser grid, fewer patterns at once, or "
-                         "another device",
-                     {{"device"}});
-  }
-  throw DeviceError(std::string(call) + " failed with " + error_name(code) + " on device '" +
-                    device + "'");
+Traffic traffic() {
+  return {passed.launches, passed.waits, 1e-9 * static_cast<double>(passed.waited_ns),
+          passed.bytes};
 }
 
 class Program {
@@ -270,6 +255,7 @@ std::size_t Context::allocated_bytes() const {
 
 void Context::write(const Buffer& buffer, const void* data, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "write past the end of a device buffer");
+  const Wait wait(bytes);
   check_call(clEnqueueWriteBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()),
                                   CL_TRUE, 0, bytes, data, 0, nullptr, nullptr),
              "clEnqueueWriteBuffer", impl_->info.name);
@@ -277,6 +263,7 @@ void Context::write(const Buffer& buffer, const void* data, std::size_t bytes) {
 
 void Context::read(const Buffer& buffer, void* data, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "read past the end of a device buffer");
+  const Wait wait(bytes);
   check_call(clEnqueueReadBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
                                  0, bytes, data, 0, nullptr, nullptr),
              "clEnqueueReadBuffer", impl_->info.name);
@@ -284,6 +271,7 @@ void Context::read(const Buffer& buffer, void* data, std::size_t bytes) {
 
 void* Context::map(const Buffer& buffer, std::size_t bytes, bool to_write) {
   check(bytes <= buffer.bytes(), "map past the end of a device buffer");
+  const Wait wait(bytes);
   cl_int code = CL_SUCCESS;
   void* memory =
       clEnqueueMapBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
@@ -320,6 +308,7 @@ void Context::launch_list(Program& program, const char* name, const Range& range
                           std::span<const Argument> arguments) {
   const std::string& device = impl_->info.name;
   Impl::ThreadsOwn& own = impl_->own();
+  ++passed.launches;
   cl_kernel kernel = Impl::kernel(own, program, name, device);
   cl_uint position = 0;
   for (const Argument& argument : arguments) {
@@ -362,6 +351,7 @@ void Context::launch_list(Program& program, const char* name, const Range& range
 }
 
 void Context::finish() {
+  const Wait wait(0);
   check_call(clFinish(impl_->queue()), "clFinish", impl_->info.name);
 }
 

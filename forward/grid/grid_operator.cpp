@@ -73,11 +73,19 @@ class GridOperator final : public DiffusionOperator, DeviceMedium {
     solver_->on_device()->set_medium(logs);
     host_medium_.reset();
   }
-  void add_gradient(const SolvedBatch& at, const BatchField& lambda,
-                    std::span<const double> weights,
+  void load(const device::Buffer& light, BatchField& b) const override {
+    solver_->on_device()->light_source(light, b);
+  }
+  void exitance(const BatchField& phi, const device::Buffer& light,
+                const device::Buffer& out) const override {
+    solver_->on_device()->exitance(phi, seen_, light, out);
+  }
+  void exitance_transpose(const device::Buffer& weights, BatchField& b) const override {
+    solver_->on_device()->exitance_adjoint(seen_, weights, b);
+  }
+  void add_gradient(const DeviceBatch& at, const BatchField& lambda, const device::Buffer& weights,
                     const device::Buffer& gradient) const override {
-    solver_->on_device()->add_gradient(lambda, at.phi, at.light, seen_, observed(at, weights),
-                                       gradient);
+    solver_->on_device()->add_gradient(lambda, at, seen_, weights, gradient);
   }
 
  private:

@@ -29,6 +29,8 @@ class Context;
 
 namespace kappamu::forward {
 
+struct DeviceBatch;
+
 /// Sums over patterns of products of two fields; what a gradient is assembled from
 /// (derivatives.h). Each is a volume [z][y][x].
 struct PairProducts {
@@ -58,11 +60,16 @@ class GridOnDevice {
   virtual void set_medium(const device::Buffer& logs) = 0;
   /// As set.
   virtual CoefficientPair medium() const = 0;
-  /// Adds what forward::add_gradient() (derivatives.h) makes of the sums of λ and φ under
-  /// `irradiance` and of `observed`.
-  virtual void add_gradient(const BatchField& lambda, const BatchField& phi,
-                            std::span<const double> irradiance, std::span<const Face> seen,
-                            std::span<const double> observed,
+  /// Values of faces are double, [pattern][face][v][u]; `light` is [pattern][v][u].
+  virtual void light_source(const device::Buffer& light, BatchField& b) const = 0;
+  virtual void exitance(const BatchField& phi, std::span<const Face> seen,
+                        const device::Buffer& light, const device::Buffer& out) const = 0;
+  /// The sum over the faces.
+  virtual void exitance_adjoint(std::span<const Face> seen, const device::Buffer& weights,
+                                BatchField& b) const = 0;
+  /// Adds what forward::add_gradient() (derivatives.h) makes of the sums of λ and φ.
+  virtual void add_gradient(const BatchField& lambda, const DeviceBatch& at,
+                            std::span<const Face> seen, const device::Buffer& weights,
                             const device::Buffer& gradient) const = 0;
 };
 

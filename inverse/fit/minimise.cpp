@@ -62,6 +62,7 @@ void record(FitRun& run, const Stage& stage, double roughness, const Coefficient
 void update_correction(FitRun& run, Stage& stage) {
   stage.optimiser.value = stage.function->value(stage.optimiser.z);
   stage.optimiser.gradient = stage.function->gradient();
+  stage.stepping->go_on();
   stage.corrected_chi2 = stage.chi2 = run.grid.objective().chi2_per_value();
   stage.small_decreases = 0;
 }
@@ -75,10 +76,15 @@ bool correction_is_outdated(const FitRun& run, const Stage& stage) {
          !run.grid.problem().smooth_error.none();
 }
 
-Steps steps_of(FitRun& run, Stage& stage) {
-  const SolverOptions& options = run.options.solver;
-  return {run.grid.objective(), *stage.basis,      *stage.function,
-          stage.optimiser,      options.optimiser, options.backend.vectors};
+void set_steps(FitRun& run, Stage& stage, VectorPlace place) {
+  stage.stepping = std::make_unique<Steps>(run.grid.objective(), *stage.basis, *stage.function,
+                                           stage.optimiser, run.options.solver.optimiser, place);
+}
+
+/// With the pairs where they are the device's.
+void save(FitRun& run, const Stage& stage) {
+  if (run.checkpoint.save && stage.stepping) stage.stepping->store();
+  run.save(stage);
 }
 
 void minimise(FitRun& run, Stage& stage) {
@@ -86,29 +92,25 @@ void minimise(FitRun& run, Stage& stage) {
   const double shared = shared_error(run.grid.problem());
   const auto found = [&] { return stage.small_decreases >= defaults::few_decreases; };
   const auto out_of_steps = [&] { return stage.steps >= run.options.path.stage_steps; };
-  std::optional<Steps> steps;
+  if (!stage.stepping) set_steps(run, stage, run.options.solver.backend.vectors);
+  Steps& steps = *stage.stepping;
   while (!found() && !out_of_steps()) {
-    if (!steps) steps.emplace(steps_of(run, stage));
     const double before = stage.optimiser.value;
-    if (steps->step() == StepOutcome::stalled) break;
+    if (steps.step() == StepOutcome::stalled) break;
     ++stage.steps;
     stage.chi2 = run.grid.objective().chi2_per_value();
     const double after = stage.optimiser.value;
     const bool small = before - after < std::max(least * after, shared);
     stage.small_decreases = small ? stage.small_decreases + 1 : 0;
-    record(run, stage, steps->roughness(), run.observer ? steps->fields() : CoefficientPair{});
+    record(run, stage, steps.roughness(), run.observer ? steps.fields() : CoefficientPair{});
     if (correction_is_outdated(run, stage)) {
-      steps->leave();
-      steps.reset();
+      steps.leave();
       run.renew_correction(stage.function->here());
       update_correction(run, stage);
     }
-    if (run.since_save.seconds() >= run.checkpoint.interval_seconds) {
-      if (steps) steps->store();
-      run.save(stage);
-    }
+    if (run.since_save.seconds() >= run.checkpoint.interval_seconds) save(run, stage);
   }
-  if (steps) steps->leave();
+  steps.leave();
   stage.ran_out = out_of_steps() && !found();
 }
 
@@ -141,11 +143,17 @@ void begin_weight(FitRun& run, Stage& stage) {
   }
   const std::unique_ptr<Basis> basis_before = std::move(stage.basis);
   const std::unique_ptr<FitFunction> function_before = std::move(stage.function);
+  const std::unique_ptr<Steps> steps_before = std::move(stage.stepping);
   set_function(run, stage);
-  stage.optimiser.z = stage.function->coordinates(stage.begun);
+  stage.optimiser.z = stage.function->start_coordinates();
+  // Of steps on a device no pair is here.
   restart(*stage.function, stage.optimiser, [&](Vector& step, Vector& change) {
     stage.function->adopt(*function_before, step, change);
   });
+  if (steps_before && steps_before->on_device()) {
+    set_steps(run, stage, VectorPlace::device);
+    stage.stepping->adopt(*steps_before);
+  }
   if (!std::isfinite(stage.optimiser.value)) {
     throw InputError(run.stage_name + ": the diffusion solver fails at the starting volume");
   }
@@ -153,22 +161,22 @@ void begin_weight(FitRun& run, Stage& stage) {
   stage.steps = 0;
   stage.small_decreases = 0;
   record(run, stage, stage.function->last_roughness(), stage.begun);
-  run.save(stage);
+  save(run, stage);
 }
 
 void repeat_weight(FitRun& run, Stage& stage) {
   update_correction(run, stage);
   stage.steps = 0;
   record(run, stage, stage.function->last_roughness(), stage.function->here());
-  run.save(stage);
+  save(run, stage);
 }
 
 void restore_weight(FitRun& run, Stage& stage, StageState saved) {
   static_cast<StageState&>(stage) = std::move(saved);
   set_function(run, stage);
-  Steps steps = steps_of(run, stage);
-  steps.solve();
-  steps.leave();
+  set_steps(run, stage, run.options.solver.backend.vectors);
+  stage.stepping->solve();
+  stage.stepping->leave();
 }
 
 Minimum settle(FitRun& run, Stage& stage) {

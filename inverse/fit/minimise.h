@@ -7,6 +7,7 @@
 
 #include "inverse/fit/fit_run.h"
 #include "inverse/fit/path_rules.h"
+#include "inverse/on_device/steps.h"
 #include "inverse/optimise/basis.h"
 #include "inverse/optimise/fit_function.h"
 
@@ -17,7 +18,8 @@ namespace kappamu::inverse {
 struct Stage : StageState {
   std::unique_ptr<Basis> basis;
   std::unique_ptr<FitFunction> function;
-  bool ran_out = false;  ///< of steps, before the minimum
+  std::unique_ptr<Steps> stepping;  ///< from the function's first step on
+  bool ran_out = false;             ///< of steps, before the minimum
 };
 
 /// The metric and the function of the run's weight, from the run's fields.

@@ -1,10 +1,12 @@
 #include "inverse/on_device/device_basis.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "core/error.h"
 #include "core/numbers/cosine_transform.h"
+#include "core/parallel.h"
 
 namespace kappamu::inverse {
 
@@ -29,7 +31,7 @@ device::Buffer cosines_of(device::Context& context, int n) {
 }  // namespace
 
 DeviceBasis::DeviceBasis(DeviceArithmetic& arithmetic, const MediumSpace& space, const Basis& basis)
-    : arithmetic_(arithmetic) {
+    : arithmetic_(arithmetic), basis_(basis) {
   check(basis.waves() != nullptr && space.fraction.empty(), "voxels have no waves");
   const LateralWaves& waves = *basis.waves();
   rows_ = waves.rows();
@@ -47,17 +49,25 @@ DeviceBasis::DeviceBasis(DeviceArithmetic& arithmetic, const MediumSpace& space,
   fields_b_ = {along(axis_b), along(axis_a), depth, along(space.depth_axis), cells};
   waves_b_ = {a_.n * rows_, rows_, rows_, 1, 0};
   std::vector<int> bin(static_cast<std::size_t>(waves_));
-  std::vector<double> inverse, transposed;
   for (int k = 0; k < waves.bins(); ++k) {
     for (const int wave : waves.members(k)) bin[static_cast<std::size_t>(wave)] = k;
-    const Eigen::MatrixXd upper = basis.inverse_factor(k);
-    const Eigen::MatrixXd lower = upper.transpose();
-    inverse.insert(inverse.end(), upper.data(), upper.data() + upper.size());
-    transposed.insert(transposed.end(), lower.data(), lower.data() + lower.size());
   }
   bin_ = uploaded(context, bin);
-  inverse_ = uploaded(context, inverse);
-  transposed_ = uploaded(context, transposed);
+  inverse_ = of_bins([&](int k) { return basis.inverse_factor(k); });
+  transposed_ = of_bins([&](int k) { return basis.inverse_factor(k).transpose().eval(); });
+}
+
+/// One matrix for each bin, [bin][column][row].
+template <class Matrix>
+device::Buffer DeviceBasis::of_bins(const Matrix& matrix) const {
+  const int bins = basis_.waves()->bins();
+  const std::size_t size = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(rows_);
+  std::vector<double> values(size * static_cast<std::size_t>(bins));
+  for_rows(bins, [&](int k) {
+    const Eigen::MatrixXd of_bin = matrix(k);
+    std::copy_n(of_bin.data(), size, values.data() + size * static_cast<std::size_t>(k));
+  });
+  return uploaded(arithmetic_.context(), values);
 }
 
 void DeviceBasis::along(const Axis& axis, int others, bool transposed, const Place& from,
@@ -83,6 +93,21 @@ void DeviceBasis::to_fields(const device::Buffer& z, const device::Buffer& field
   by_bins(true, inverse_, z, coefficients);
   along(b_, a_.n, true, waves_b_, fields_b_, coefficients, half);
   along(a_, b_.n, true, fields_a_, fields_a_, half, fields);
+}
+
+void DeviceBasis::carry(DeviceBasis& before, const device::Buffer& z) {
+  if (!factors_) factors_ = of_bins([&](int k) { return basis_.factor(k); });
+  const device::Buffer between = arithmetic_.take(size());
+  before.by_bins(true, before.inverse_, z, between);
+  by_bins(true, factors_, between, z);
+}
+
+void DeviceBasis::carry_gradient(DeviceBasis& before, const device::Buffer& by_z) {
+  device::Buffer& off = before.factors_transposed_;
+  if (!off) off = of_bins([&](int k) { return before.basis_.factor(k).transpose().eval(); });
+  const device::Buffer between = arithmetic_.take(size());
+  before.by_bins(false, off, by_z, between);
+  by_bins(false, transposed_, between, by_z);
 }
 
 void DeviceBasis::gradient(const device::Buffer& by_field, const device::Buffer& by_z) {

@@ -43,12 +43,42 @@ double DeviceFunction::value(const device::Buffer& fields) {
   const auto voxels = static_cast<double>(cells);
   const double data = objective_.value(fields, {range[0], {range[1] / voxels, range[2] / voxels}});
   if (!std::isfinite(data)) return data;
-  roughness_ =
-      arithmetic_
-          .reduce("roughness", cells, 1, 0, shape_.nx, shape_.ny, shape_.nz, edge_, per_mu, scale_,
-                  pull_, terms_.anchor.log_kappa, terms_.anchor.log_mu, fields, diffusivity_)
-          .front();
+  set_roughness(fields);
   return data + terms_.weight * roughness_;
+}
+
+/// With the diffusivity of Huber-TV there.
+void DeviceFunction::set_roughness(const device::Buffer& fields) {
+  roughness_ = arithmetic_
+                   .reduce("roughness", shape_.cells(), 1, 0, shape_.nx, shape_.ny, shape_.nz,
+                           edge_, per_mu, scale_, pull_, terms_.anchor.log_kappa,
+                           terms_.anchor.log_mu, fields, diffusivity_)
+                   .front();
+}
+
+/// AbsorptionScale::by_scaled(), in place.
+void DeviceFunction::by_scaled(const device::Buffer& fields, const device::Buffer& by_fields) {
+  const double mu = terms_.scale.mu();
+  if (mu > 0.0) arithmetic_.each("by_scaled", shape_.cells(), std::log(mu), fields, by_fields);
+}
+
+void DeviceFunction::adopt(DeviceFunction& before, const device::Buffer& fields,
+                           const device::Buffer& step, const device::Buffer& change) {
+  basis_.carry_gradient(before.basis_, change);
+  const double added = terms_.weight - before.terms_.weight;
+  if (added != 0.0) {
+    set_roughness(fields);
+    const device::Buffer moved = arithmetic_.take(size()), smoothing = arithmetic_.take(size());
+    before.basis_.to_fields(step, moved);
+    by_scaled(fields, moved);
+    arithmetic_.launch("smoothing_product", {shape_.cells(), 1, 64, 1}, shape_.nx, shape_.ny,
+                       shape_.nz, int{edge_ > 0.0}, per_mu, scale_, pull_, diffusivity_, moved,
+                       smoothing);
+    by_scaled(fields, smoothing);
+    basis_.gradient(smoothing, moved);
+    arithmetic_.each("add_scaled", size(), added, moved, change);
+  }
+  basis_.carry(before.basis_, step);
 }
 
 void DeviceFunction::gradient(const device::Buffer& fields, const device::Buffer& by_z) {

@@ -30,10 +30,16 @@ class DeviceFunction {
   /// At these fields; gradient() is by z, there.
   double value(const device::Buffer& fields);
   void gradient(const device::Buffer& fields, const device::Buffer& by_z);
-  /// R of the last value().
+  /// FitFunction::adopt() of a pair, in place, where `fields` are those that it begins from.
+  void adopt(DeviceFunction& before, const device::Buffer& fields, const device::Buffer& step,
+             const device::Buffer& change);
+  /// R of the last value() or adopt().
   double roughness() const { return roughness_; }
 
  private:
+  void set_roughness(const device::Buffer& fields);
+  void by_scaled(const device::Buffer& fields, const device::Buffer& by_fields);
+
   DeviceArithmetic& arithmetic_;
   Objective& objective_;
   DeviceBasis basis_;

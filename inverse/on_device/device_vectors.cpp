@@ -27,14 +27,40 @@ DeviceVectors::DeviceVectors(DeviceArithmetic& arithmetic, DeviceFunction& funct
   direction_ = take();
 }
 
+void DeviceVectors::set_gradient(const OptimiserState& state) {
+  arithmetic_.context().write(gradient_, state.gradient.data(), size_ * sizeof(double));
+}
+
+void DeviceVectors::adopt(DeviceVectors& before) {
+  pairs_.clear();
+  const int count = static_cast<int>(size_);
+  const device::Buffer step = take(), change = take();
+  for (Pair& pair : before.pairs_) {
+    arithmetic_.each("widen", size_, pair.step, step);
+    arithmetic_.each("widen", size_, pair.change, change);
+    function_.adopt(before.function_, here_.fields, step, change);
+    if (!(arithmetic_.reduce("dot_product", size_, 1, 0, count, step, change).front() > 0.0)) {
+      continue;
+    }
+    arithmetic_.each("narrow", size_, step, pair.step);
+    arithmetic_.each("narrow", size_, change, pair.change);
+    pairs_.push_back(std::move(pair));
+  }
+  before.pairs_.clear();
+}
+
+template <class Values>
+void DeviceVectors::download(const device::Buffer& buffer, Values& values) const {
+  values.resize(size_);
+  arithmetic_.context().read(buffer, values.data(), size_ * sizeof(values.front()));
+}
+
 void DeviceVectors::store(OptimiserState& state) const {
-  device::Context& context = arithmetic_.context();
-  const auto download = [&](const device::Buffer& buffer, auto& values) {
-    values.resize(size_);
-    context.read(buffer, values.data(), size_ * sizeof(values.front()));
-  };
   download(here_.z, state.z);
   download(gradient_, state.gradient);
+}
+
+void DeviceVectors::store_pairs(OptimiserState& state) const {
   state.steps.resize(pairs_.size());
   state.changes.resize(pairs_.size());
   for (std::size_t k = 0; k < pairs_.size(); ++k) {

@@ -16,8 +16,14 @@ class DeviceVectors final : public StepVectors {
   DeviceVectors(DeviceArithmetic& arithmetic, DeviceFunction& function, const OptimiserState& state,
                 const CoefficientPair& fields);
 
-  /// z, the gradient and the pairs.
+  /// The pairs of the function before, as this one has them; `before` loses its own. Those of no
+  /// positive curvature are left out. All pairs that were here are gone.
+  void adopt(DeviceVectors& before);
+  /// The gradient becomes that of `state`, which stands here.
+  void set_gradient(const OptimiserState& state);
+  /// z and the gradient.
   void store(OptimiserState& state) const;
+  void store_pairs(OptimiserState& state) const;
   /// Of z.
   CoefficientPair fields() const;
   /// f there.
@@ -41,6 +47,8 @@ class DeviceVectors final : public StepVectors {
   struct Pair {
     device::Buffer step, change;  ///< float
   };
+  template <class Values>
+  void download(const device::Buffer& buffer, Values& values) const;
   device::Buffer take() const { return arithmetic_.take(size_); }
   device::Buffer take_floats() const { return arithmetic_.take((size_ + 1) / 2); }
   Point moved(double length);

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/error.h"
 #include "inverse/on_device/device_vectors.h"
 
 namespace kappamu::inverse {
@@ -19,19 +20,10 @@ std::size_t bytes_per_voxel(int pairs) {
 /// Whether the vectors belong into the memory of the device that the operator computes on.
 bool belong_there(const Objective& objective, const Basis& basis, const Regulariser& regulariser,
                   const OptimiserOptions& options, VectorPlace place) {
-  const forward::DeviceMedium* const medium = objective.on_device();
-  const bool possible = medium != nullptr && options.method == Method::lbfgs &&
-                        basis.waves() != nullptr && regulariser.kind != RegulariserKind::wang2008;
-  if (!possible || place == VectorPlace::host) return false;
-  if (place == VectorPlace::device) return true;
-  // A processor's own loops and transforms are faster there than kernels (docs/engine.md).
-  const device::DeviceInfo& info = medium->context().info();
-  const double needed = static_cast<double>(objective.space().cells()) *
-                        static_cast<double>(bytes_per_voxel(options.memory));
-  constexpr double share = 0.85;
-  return info.kind == device::Kind::gpu &&
-         static_cast<double>(medium->context().allocated_bytes()) + needed <=
-             share * static_cast<double>(info.global_memory_bytes);
+  const bool possible = options.method == Method::lbfgs && basis.waves() != nullptr &&
+                        regulariser.kind != RegulariserKind::wang2008;
+  const std::size_t bytes = objective.space().cells() * bytes_per_voxel(options.memory);
+  return possible && objective.belong_on_device(static_cast<double>(bytes), place);
 }
 
 }  // namespace
@@ -54,6 +46,7 @@ Steps::Steps(Objective& objective, const Basis& basis, FitFunction& function, Op
     : objective_(objective), function_(function), state_(state), options_(options) {
   if (belong_there(objective, basis, function.regulariser(), options, place)) {
     device_ = std::make_unique<OnDevice>(objective, basis, function, state);
+    state.steps = state.changes = {};
   }
 }
 
@@ -82,16 +75,26 @@ CoefficientPair Steps::fields() const {
 }
 
 void Steps::store() const {
-  if (device_) device_->vectors.store(state_);
+  if (!device_) return;
+  device_->vectors.store(state_);
+  device_->vectors.store_pairs(state_);
+}
+
+void Steps::go_on() {
+  if (device_) device_->vectors.set_gradient(state_);
+}
+
+void Steps::adopt(Steps& before) {
+  check(device_ && before.device_, "pairs are adopted on the device");
+  device_->vectors.adopt(before.device_->vectors);
 }
 
 void Steps::leave() {
   if (!device_) return;
-  store();
+  device_->vectors.store(state_);
   CoefficientPair fields = device_->vectors.fields();
   if (device_->vectors.solved_here()) objective_.came_from(fields);
   function_.come_to(state_.z, std::move(fields));
-  device_.reset();
 }
 
 }  // namespace kappamu::inverse

@@ -28,8 +28,13 @@ class Steps {
   CoefficientPair fields() const;
   /// The state becomes what it would be had the host stepped.
   void store() const;
-  /// store(), and function and objective are at the last point; no step follows.
+  /// The same but for the pairs of L-BFGS, which stay on the device; function and objective are at
+  /// the last point. No step follows but after go_on().
   void leave();
+  /// From the same point, where value and gradient are what `state` has.
+  void go_on();
+  /// The pairs of the function before, as FitFunction::adopt() has them; both are on the device.
+  void adopt(Steps& before);
 
  private:
   struct OnDevice;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/error.h"
@@ -55,7 +56,8 @@ Basis::Basis(std::shared_ptr<const LateralWaves> waves, const MediumSpace& space
   const double voxel_mm = space.shape.voxel_mm;
   const double mass = std::pow(voxel_mm / options.length_mm, 2);
   const double smooth = options.weight * voxel_mm / space.thickness_mm;
-  for (int bin = 0; bin < waves_->bins(); ++bin) {
+  factors_.resize(static_cast<std::size_t>(waves_->bins()));
+  for_rows(waves_->bins(), [&](int bin) {
     Eigen::MatrixXd metric = smooth * along_depth;
     metric.diagonal().array() += smooth * (waves_->mean_laplacian(bin) + mass);
     metric.bottomRows(waves_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
@@ -66,8 +68,8 @@ Basis::Basis(std::shared_ptr<const LateralWaves> waves, const MediumSpace& space
     }
     const Eigen::LLT<Eigen::MatrixXd> factored(metric);
     check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");
-    factors_.emplace_back(factored.matrixU());
-  }
+    factors_[static_cast<std::size_t>(bin)] = factored.matrixU();
+  });
 }
 
 void Basis::apply(Factor factor, const Waves& from, double* to) const {
@@ -186,13 +188,13 @@ FieldCovariance Basis::covariance() const {
 
 double Basis::determined(const LateralBlocks& blocks) const {
   check(waves_ != nullptr, "voxels have no metric");
-  double count = 0.0;
-  for (int bin = 0; bin < waves_->bins(); ++bin) {
-    const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
+  Vector of_bin(blocks.size());
+  for_rows(waves_->bins(), [&](int bin) {
+    const auto k = static_cast<std::size_t>(bin);
     const auto waves = static_cast<double>(waves_->members(bin).size());
-    count += waves * inverse_of(bin).cwiseProduct(block).sum();
-  }
-  return count;
+    of_bin[k] = waves * inverse_of(bin).cwiseProduct(blocks[k]).sum();
+  });
+  return std::accumulate(of_bin.begin(), of_bin.end(), 0.0);
 }
 
 }  // namespace kappamu::inverse

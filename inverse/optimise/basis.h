@@ -70,6 +70,8 @@ class Basis {
   FieldCovariance covariance() const;
   /// The waves that z has coefficients of; null where it is voxels.
   const LateralWaves* waves() const { return waves_.get(); }
+  /// U of one bin, upper triangular.
+  const Eigen::MatrixXd& factor(int bin) const { return factors_[static_cast<std::size_t>(bin)]; }
   /// U⁻¹, upper triangular: to_fields() of one bin's waves.
   Eigen::MatrixXd inverse_factor(int bin) const;
   /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.

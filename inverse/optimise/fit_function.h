@@ -21,6 +21,8 @@ class FitFunction final : public Function {
               const AbsorptionScale& scale = {});
 
   Vector coordinates(const CoefficientPair& fields) const;
+  /// Those of the fields that the optimiser begins from.
+  const Vector& start_coordinates() const { return start_.z; }
   CoefficientPair fields(const Vector& z) const;
 
   double value(const Vector& z) override;

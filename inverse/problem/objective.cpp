@@ -24,15 +24,6 @@ bool within_range(const CoefficientPair& fields) {
                  [&](std::size_t i) { return ok(fields.log_kappa[i]) && ok(fields.log_mu[i]); });
 }
 
-/// Element by element.
-std::vector<double> products(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> result(a.size());
-  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) result[i] = a[i] * b[i];
-  });
-  return result;
-}
-
 /// Voxels times iterations of a batch of `part` out of `patterns`.
 double cost(const forward::DiffusionOperator& op, const SolveReport& report, int part,
             int patterns) {
@@ -63,25 +54,40 @@ Refinement refine(const Problem& problem) {
   return refinement;
 }
 
-std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
-                                   const std::vector<double>& light, int patterns, int batch,
-                                   const forward::SolveOptions& options, double* voxel_iterations,
-                                   const Guess& guess) {
-  std::vector<double> exitance(op.exitance_size() * static_cast<std::size_t>(patterns));
-  for (int begin = 0; begin < patterns; begin += batch) {
-    const int end = std::min(begin + batch, patterns);
-    const auto lit = patterns_of(light, begin, end, op.light_size());
-    const auto b = op.make_field(end - begin);
-    const auto phi = op.make_field(end - begin);
-    op.load(lit, *b);
-    if (guess) guess(begin, *phi);
-    const SolveReport report = op.solve(*b, *phi, options);
+void solve_batches(const forward::DiffusionOperator& op, int patterns, const BatchedSolve& solve,
+                   const std::function<void(int, forward::BatchField&)>& load,
+                   const std::function<void(int, const forward::BatchField&)>& use) {
+  for (int begin = 0; begin < patterns; begin += solve.batch) {
+    const int count = std::min(solve.batch, patterns - begin);
+    const auto b = op.make_field(count);
+    const auto phi = op.make_field(count);
+    load(begin, *b);
+    if (solve.guess) solve.guess(begin, *phi);
+    const SolveReport report = op.solve(*b, *phi, solve.options);
     if (report.termination == Termination::failed) {
       throw InputError("the diffusion solver failed: " + report.message);
     }
-    if (voxel_iterations != nullptr) *voxel_iterations += cost(op, report, end - begin, patterns);
-    op.exitance(*phi, lit, patterns_of(exitance, begin, end, op.exitance_size()));
+    if (solve.voxel_iterations != nullptr) {
+      *solve.voxel_iterations += cost(op, report, count, patterns);
+    }
+    use(begin, *phi);
   }
+}
+
+std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
+                                   const std::vector<double>& light, int patterns,
+                                   const BatchedSolve& solve) {
+  std::vector<double> exitance(op.exitance_size() * static_cast<std::size_t>(patterns));
+  const auto lit = [&](int first, int count) {
+    return patterns_of(light, first, first + count, op.light_size());
+  };
+  solve_batches(
+      op, patterns, solve,
+      [&](int first, forward::BatchField& b) { op.load(lit(first, b.patterns()), b); },
+      [&](int first, const forward::BatchField& phi) {
+        op.exitance(phi, lit(first, phi.patterns()),
+                    patterns_of(exitance, first, first + phi.patterns(), op.exitance_size()));
+      });
   return exitance;
 }
 
@@ -110,10 +116,18 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
   stated_weight_ = problem_.weight;
   correction_.ratio.assign(problem_.data.size(), 1.0);
   ratio_ = correction_.ratio;
+  all_on_device_ = belong_on_device(0.0);
 }
 
 void Objective::set_derivative_tolerance(double tolerance) {
   derivative_solve_.tolerance = tolerance;
+}
+
+/// Values [L][...] of the patterns of a batch, `size` each.
+template <class Values>
+auto Objective::of_batch(Values& values, std::size_t part, std::size_t size) const {
+  const int begin = static_cast<int>(part) * backend_.batch;
+  return patterns_of(values, begin, std::min(begin + backend_.batch, views_.lights()), size);
 }
 
 /// False where there is no solution to speak of. Solves nothing where it has just solved.
@@ -122,22 +136,36 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
   fluence_.clear();
   if (!within_range(fields)) return false;
   fields_ = fields;
-  operator_->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
   device_means_.reset();
-  return solve_lights();
+  if (all_on_device_) {
+    if (!solve_on_device(device_data().upload(fields))) return false;
+    see_device();
+    return true;
+  }
+  operator_->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
+  leaving_.resize(operator_->exitance_size() * static_cast<std::size_t>(views_.lights()));
+  const bool solved = solve_lights(
+      [&](std::size_t part, forward::BatchField& b) {
+        operator_->load(of_batch(light_, part, operator_->light_size()), b);
+      },
+      [&](std::size_t part, const forward::BatchField& phi) {
+        operator_->exitance(phi, of_batch(light_, part, operator_->light_size()),
+                            of_batch(leaving_, part, operator_->exitance_size()));
+      });
+  if (solved) see();
+  return solved;
 }
 
-/// Of the operator's medium.
-bool Objective::solve_lights() {
+/// Of the operator's medium; leave(batch, φ) has what leaves.
+bool Objective::solve_lights(const LoadBatch& load, const UseBatch& leave) {
   ++solves_.forward;
   const int lights = views_.lights();
-  leaving_.assign(operator_->exitance_size() * static_cast<std::size_t>(lights), 0.0);
   for (int begin = 0; begin < lights; begin += backend_.batch) {
     const int end = std::min(begin + backend_.batch, lights);
-    const auto light = patterns_of(light_, begin, end, operator_->light_size());
+    const std::size_t part = fluence_.size();
     const auto b = operator_->make_field(end - begin);
     auto phi = operator_->make_field(end - begin);
-    operator_->load(light, *b);
+    load(part, *b);
     // From zero, never from the last solution: equal fits end in equal bits.
     const SolveReport report = operator_->solve(*b, *phi, backend_.solve);
     solves_.voxel_iterations += cost(*operator_, report, end - begin, lights);
@@ -145,20 +173,23 @@ bool Objective::solve_lights() {
       fluence_.clear();
       return false;
     }
-    operator_->exitance(*phi, light, patterns_of(leaving_, begin, end, operator_->exitance_size()));
+    leave(part, *phi);
     fluence_.push_back(std::move(phi));
   }
+  return true;
+}
+
+/// The pictures of leaving_, and r there.
+void Objective::see() {
   exitance_ = views_.pictures(leaving_);
   correct();
-  return true;
+  seen_here_ = true;
 }
 
 /// A batch solved by the last value().
 forward::SolvedBatch Objective::batch(std::size_t part) const {
-  const int begin = static_cast<int>(part) * backend_.batch;
-  const int end = std::min(begin + backend_.batch, views_.lights());
-  return {*fluence_[part], patterns_of(light_, begin, end, operator_->light_size()),
-          patterns_of(leaving_, begin, end, operator_->exitance_size())};
+  return {*fluence_[part], of_batch(light_, part, operator_->light_size()),
+          of_batch(leaving_, part, operator_->exitance_size())};
 }
 
 double Objective::misfit() {
@@ -170,37 +201,8 @@ double Objective::value(const CoefficientPair& fields) {
   return solve_forward(fields) ? misfit() : std::numeric_limits<double>::infinity();
 }
 
-double Objective::value(const device::Buffer& logs, const LogRange& range) {
-  fluence_.clear();
-  fields_ = {};
-  if (!(range.largest <= max_log_coefficient)) return std::numeric_limits<double>::infinity();
-  on_device()->set(logs);
-  device_means_ = range.mean;
-  return solve_lights() ? misfit() : std::numeric_limits<double>::infinity();
-}
-
 CoefficientPair Objective::gradient() {
-  return adjoint(products(data_term_.by_prediction, ratio_));
-}
-
-void Objective::gradient(const device::Buffer& by_logs) {
-  const std::vector<double> by_exitance = products(data_term_.by_prediction, ratio_);
-  const std::array<double, 2> even = even_gradient(by_exitance);
-  device::Context& context = on_device()->context();
-  const std::size_t cells = space().cells(), bytes = 2 * cells * sizeof(double);
-  if (even == std::array<double, 2>{}) {
-    context.zero(by_logs, bytes);
-  } else {
-    context.fill(by_logs, bytes, [&](void* memory) {
-      for (std::size_t k = 0; k < 2; ++k) {
-        std::fill_n(static_cast<double*>(memory) + k * cells, cells, even[k]);
-      }
-    });
-  }
-  solve_adjoint(by_exitance, [&](const forward::SolvedBatch& at, const forward::BatchField& lambda,
-                                 std::span<const double> weights) {
-    on_device()->add_gradient(at, lambda, weights, by_logs);
-  });
+  return adjoint(by_exitance());
 }
 
 CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) {
@@ -253,27 +255,21 @@ void Objective::weigh_root(std::vector<double>& white) const {
   if (shares_errors(problem_, data_options_)) problem_.precision->apply_root(white);
 }
 
-/// Calls add(solved batch, λ, weights) for every batch.
-template <class Add>
-void Objective::solve_adjoint(const std::vector<double>& by_exitance, const Add& add) {
+/// A λ = b as loaded for each batch, and what add(batch, λ) makes of it.
+void Objective::solve_adjoint(const LoadBatch& load, const UseBatch& add) {
   check(!fluence_.empty(), "a gradient needs the fluence of a successful value()");
   ++solves_.adjoint;
-  const std::vector<double> by_leaving = views_.exitance(by_exitance);
-  std::span<const double> weights(by_leaving);
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
-    const forward::SolvedBatch at = batch(part);
-    const int patterns = at.phi.patterns();
-    const auto of_batch = weights.first(at.exitance.size());
-    weights = weights.subspan(of_batch.size());
+    const int patterns = fluence_[part]->patterns();
     const auto b = operator_->make_field(patterns);
     const auto lambda = operator_->make_field(patterns);
-    operator_->exitance_transpose(of_batch, *b);
+    load(part, *b);
     const SolveReport report = operator_->solve(*b, *lambda, derivative_solve_);
     if (report.termination == Termination::failed) {
       throw InputError("the adjoint diffusion solve failed: " + report.message);
     }
     solves_.voxel_iterations += cost(*operator_, report, patterns, views_.lights());
-    add(at, *lambda, of_batch);
+    add(part, *lambda);
   }
 }
 
@@ -291,16 +287,43 @@ std::array<double, 2> Objective::even_gradient(const std::vector<double>& by_exi
 
 CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
   const std::size_t cells = space().cells();
-  CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
-  solve_adjoint(by_exitance, [&](const forward::SolvedBatch& at, const forward::BatchField& lambda,
-                                 std::span<const double> weights) {
-    operator_->add_gradient(at, lambda, weights, gradient);
-  });
+  CoefficientPair gradient;
+  const std::vector<double> by_leaving = views_.exitance(by_exitance);
+  if (all_on_device_) {
+    device_data().set_by_exitance(by_leaving);
+    const device::Buffer sum = device_data().zeros(2 * cells);
+    adjoint_on_device(sum);
+    gradient = device_data().download(sum, cells);
+  } else {
+    gradient = {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
+    const auto weights = [&](std::size_t part) {
+      return of_batch(by_leaving, part, operator_->exitance_size());
+    };
+    solve_adjoint([&](std::size_t part,
+                      forward::BatchField& b) { operator_->exitance_transpose(weights(part), b); },
+                  [&](std::size_t part, const forward::BatchField& lambda) {
+                    operator_->add_gradient(batch(part), lambda, weights(part), gradient);
+                  });
+  }
   const std::array<double, 2> even = even_gradient(by_exitance);
   for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
     for (double& g : k == 0 ? gradient.log_kappa : gradient.log_mu) g += even[k];
   }
   return gradient;
+}
+
+/// Element by element.
+static std::vector<double> products(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> result(a.size());
+  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = a[i] * b[i];
+  });
+  return result;
+}
+
+/// Derivatives of the data term by M.
+std::vector<double> Objective::by_exitance() const {
+  return products(data_term_.by_prediction, ratio_);
 }
 
 std::vector<double> Objective::prediction() const {

@@ -21,6 +21,7 @@
 #include "inverse/problem/data_term.h"
 #include "inverse/problem/fields.h"
 #include "inverse/problem/lit_face.h"
+#include "inverse/problem/on_device/device_data.h"
 #include "inverse/problem/photon_ratio.h"
 #include "inverse/problem/problem.h"
 
@@ -110,13 +111,24 @@ struct SolveCount {
 /// Sets φ, zero so far, of the patterns from `first` on to what a solve begins with.
 using Guess = std::function<void(int first, forward::BatchField& phi)>;
 
-/// Exitance under `light` [M][light_size()], solved in batches of at most `batch` patterns, from
-/// zero or from `guess`. Throws InputError when the solver fails. `voxel_iterations`, if given,
-/// grows by what it cost.
+/// Solves of patterns, at most `batch` at once, from zero or from `guess`; `voxel_iterations`, if
+/// given, grows by what they cost.
+struct BatchedSolve {
+  int batch;
+  forward::SolveOptions options;
+  double* voxel_iterations = nullptr;
+  Guess guess{};
+};
+/// Of batches from pattern `first` on: load(first, b), then use(first, φ). Throws InputError when
+/// the solver fails.
+void solve_batches(const forward::DiffusionOperator& op, int patterns, const BatchedSolve& solve,
+                   const std::function<void(int first, forward::BatchField& b)>& load,
+                   const std::function<void(int first, const forward::BatchField& phi)>& use);
+
+/// Exitance under `light` [M][light_size()].
 std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
-                                   const std::vector<double>& light, int patterns, int batch,
-                                   const forward::SolveOptions& options,
-                                   double* voxel_iterations = nullptr, const Guess& guess = {});
+                                   const std::vector<double>& light, int patterns,
+                                   const BatchedSolve& solve);
 
 /// Patterns per batch such that the solver's fields stay below `memory_mb`.
 int bounded_batch(const GridShape& shape, int batch, double memory_mb,
@@ -140,11 +152,16 @@ class Objective {
 
   /// Medium and gradients by the memory of the operator's device; null where there is none.
   forward::DeviceMedium* on_device() const { return operator_->on_device(); }
+  /// Whether so many bytes of a fit's vectors belong into that device's memory, by
+  /// Backend::vectors or another wish.
+  bool belong_on_device(double bytes) const { return belong_on_device(bytes, backend_.vectors); }
+  bool belong_on_device(double bytes, VectorPlace place) const;
   /// value() and gradient() of a pair of fields there, [2][z][y][x] in double.
   double value(const device::Buffer& logs, const LogRange& range);
   void gradient(const device::Buffer& by_logs);
-  /// The fields that value() last had from a device.
-  void came_from(CoefficientPair fields) { fields_ = std::move(fields); }
+  /// What the host knows of value() from then on as if it had been its own: `fields` are those that
+  /// it last had from a device.
+  void came_from(CoefficientPair fields);
 
   /// The next value() solves, whatever was solved before: of pieces of one block, all must.
   void forget() { fluence_.clear(); }
@@ -193,15 +210,25 @@ class Objective {
 
  private:
   CoefficientPair adjoint(const std::vector<double>& by_exitance);
-  template <class Add>
-  void solve_adjoint(const std::vector<double>& by_exitance, const Add& add);
+  using LoadBatch = std::function<void(std::size_t batch, forward::BatchField& b)>;
+  using UseBatch = std::function<void(std::size_t batch, const forward::BatchField& solved)>;
+  void solve_adjoint(const LoadBatch& load, const UseBatch& add);
   std::array<double, 2> even_gradient(const std::vector<double>& by_exitance) const;
   bool solve_forward(const CoefficientPair& fields);
-  bool solve_lights();
+  bool solve_lights(const LoadBatch& load, const UseBatch& leave);
+  void see();
+  void see_device();
+  std::vector<double> by_exitance() const;
   double misfit();
+  bool misfit_on_device() const;
+  bool solve_on_device(const device::Buffer& logs);
+  void adjoint_on_device(const device::Buffer& by_logs);
+  DeviceData& device_data();
   void add_to_variance(const std::vector<double>& more);
   void correct();
   static std::array<double, 2> means(const CoefficientPair& fields);
+  template <class Values>
+  auto of_batch(Values& values, std::size_t part, std::size_t size) const;
   forward::SolvedBatch batch(std::size_t part) const;
 
   Problem problem_;
@@ -222,6 +249,11 @@ class Objective {
   std::vector<double> leaving_;   ///< exitance of the last value() [light][face][v][u]
   std::vector<double> exitance_;  ///< M of the last value(), its pictures
   DataTerm data_term_;            ///< there
+  bool seen_here_ = true;         ///< these are the last value()'s; else a device has them
+  bool all_on_device_ = false;    ///< medium, solves and gradients of host vectors too
+  std::unique_ptr<DeviceData> device_data_;  ///< null: no value() there yet
+  bool data_on_device_ = false;              ///< device_data_ has r and the weights that are here
+  std::size_t used_ = 0;                     ///< of those data
   std::vector<std::unique_ptr<forward::BatchField>> fluence_;  ///< φ of the last value(), by batch
 };
 

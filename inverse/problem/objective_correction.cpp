@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "inverse/defaults.h"
 #include "inverse/problem/objective.h"
+#include "inverse/problem/on_device/refined_exitance.h"
 
 namespace kappamu::inverse {
 
@@ -22,10 +23,14 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   const bool slope = photon_slope == PhotonSlope::renewed && refinement.photons.has_value();
   const GridShape& shape = refinement.setup.shape;
   const GridShape& own = problem_.setup.shape;
-  const std::vector<double> kappa = split_voxels(exponential(fields.log_kappa), own, shape, 2);
-  const std::vector<double> mu = split_voxels(exponential(fields.log_mu), own, shape, 2);
   const std::unique_ptr<forward::DiffusionOperator> finer =
       backend_.make(refinement.setup, views_.faces()).op;
+  const bool on_device = all_on_device_ && finer->on_device() != nullptr;
+  const auto split = [&](const std::vector<double>& logs) {
+    if (on_device && !refinement.photons) return std::vector<double>();
+    return split_voxels(exponential(logs), own, shape, 2);
+  };
+  const std::vector<double> kappa = split(fields.log_kappa), mu = split(fields.log_mu);
   const int batch =
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
   const std::vector<double> light = views_.of_lights(refinement.irradiance);
@@ -41,13 +46,20 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
       for (double& x : values) x *= std::exp(-lower);
       return values;
     };
+    const BatchedSolve solve{batch,
+                             {backend_.refined_tolerance, backend_.solve.max_iterations},
+                             &solves_.voxel_iterations,
+                             guess};
+    const FaceShape fine = face_shape(shape, problem_.seen_face);
+    if (on_device) {
+      set_split(*finer, {fields, own, {lower_kappa, lower_mu}});
+      return views_.pictures(
+          restricted_exitance(*finer, light, views_.lights(), fine, problem_.seen_shape(), solve));
+    }
     finer->set_medium(scaled(kappa, lower_kappa), scaled(mu, lower_mu));
-    const std::vector<double> leaving =
-        solve_exitance(*finer, light, views_.lights(), batch,
-                       {backend_.refined_tolerance, backend_.solve.max_iterations},
-                       &solves_.voxel_iterations, guess);
-    return restrict_face(views_.pictures(leaving), face_shape(shape, problem_.seen_face),
-                         problem_.seen_shape(), 2, problem_.patterns);
+    const std::vector<double> leaving = solve_exitance(*finer, light, views_.lights(), solve);
+    return restrict_face(views_.pictures(leaving), fine, problem_.seen_shape(), 2,
+                         problem_.patterns);
   };
   const auto require_forward = [&](const CoefficientPair& at) {
     if (!solve_forward(at)) throw InputError("the diffusion solver failed at the current medium");
@@ -143,6 +155,7 @@ void Objective::correct() {
 
 /// Weights of the stated variances and `more`.
 void Objective::add_to_variance(const std::vector<double>& more) {
+  data_on_device_ = false;
   problem_.weight = stated_weight_;
   problem_.correction_variance = more;
   for (std::size_t i = 0; i < more.size(); ++i) {

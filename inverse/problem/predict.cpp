@@ -60,8 +60,8 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
   const int batch = bounded_batch(setup.shape, options.backend.batch,
                                   options.backend.refined_memory_mb, options.backend.precision);
   std::vector<double> exitance = restrict_face(
-      views.pictures(solve_exitance(*op, views.of_lights(incident), views.lights(), batch,
-                                    options.backend.solve)),
+      views.pictures(solve_exitance(*op, views.of_lights(incident), views.lights(),
+                                    {batch, options.backend.solve})),
       face_shape(setup.shape, light.seen_face), light.seen_shape(), options.refine, light.patterns);
   const double per_value = exitance_per_value(light, setup);
   if (options.photons) {

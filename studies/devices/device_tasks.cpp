@@ -8,6 +8,7 @@
 #include "core/mesh/shapes.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
+#include "device/traffic.h"
 #include "forward/montecarlo/photon_tracer.h"
 #include "inverse/problem/predict.h"
 #include "render/embree_caster.h"
@@ -89,6 +90,13 @@ DeviceTask cube(const Request& request) {
   return block_task(request, "solve, cube", {n, n, n, 0.25}, 80e-3);
 }
 
+std::string shown(const device::Traffic& passed, const Stopwatch& watch, int repeated) {
+  const auto each = [&](auto sum) { return static_cast<double>(sum) / repeated; };
+  return formatted("the host's own %.2f s, %.0f waits, %.0f launches, %.0f MB between them",
+                   each(watch.seconds() - passed.seconds), each(passed.waits),
+                   each(passed.launches), 1e-6 * each(passed.bytes));
+}
+
 /// Its vectors where `vectors` says. On the host alone a fit takes hours.
 DeviceTask fit_by(const Request& request, const std::string& name, inverse::VectorPlace vectors) {
   Block block;
@@ -102,9 +110,8 @@ DeviceTask fit_by(const Request& request, const std::string& name, inverse::Vect
   add_noise(*measured, block.noise, request.seed);
   auto unseen = std::make_shared<SurfaceMeasurements>(expose_patches(block, truth, 8));
   const int count = std::min(3, repetitions(request));
-  const bool quick = request.size == Size::quick;
   const auto measure = [=](const Place& place) -> std::optional<DeviceAnswer> {
-    if (!place.device && !quick) return std::nullopt;
+    if (!place.device && request.size != Size::quick) return std::nullopt;
     inverse::FitOptions options;
     options.solver.backend.device = place.wanted();
     options.solver.backend.vectors = vectors;
@@ -113,7 +120,11 @@ DeviceTask fit_by(const Request& request, const std::string& name, inverse::Vect
     const auto work = [&] { found = inverse::fit_channel(*measured, 0, options, {}, silent); };
     if (place.device) work();  // compiles
     DeviceAnswer answer;
-    answer.seconds = median_seconds(place.device ? count : 1, work);
+    const device::Traffic before = device::traffic();
+    const Stopwatch watch;
+    const int repeated = place.device ? count : 1;
+    answer.seconds = median_seconds(repeated, work);
+    if (place.device) answer.note = shown(device::traffic().since(before), watch, repeated);
     answer.count = found.report.solves.total();
     const std::vector<float> images = inverse::predict(found.medium, *unseen, {});
     answer.values.assign(images.begin(), images.end());

@@ -185,7 +185,7 @@ SurfaceMeasurements expose(const Block& block, const CoefficientPair& fine_field
   constexpr double memory_mb = 4096.0;
   const int batch = inverse::bounded_batch(fine.shape, 16, memory_mb, block.precision);
   const std::vector<double> exitance = inverse::restrict_face(
-      inverse::solve_exitance(*op, light, m.patterns, batch, exact(block.precision)),
+      inverse::solve_exitance(*op, light, m.patterns, {batch, exact(block.precision)}),
       face_shape(fine.shape, block.seen), m.seen_shape(), 2, m.patterns);
   const double scale = 1.0 / inverse::exitance_per_value(m, setup);
   for (const double x : exitance) m.value.push_back(static_cast<float>(scale * x));

@@ -105,7 +105,7 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure,
           *op,
           inverse::split_face(light, m.lit_shape(), face_shape(fine.shape, block.lit), factor,
                               m.patterns),
-          m.patterns, 16, {1e-9, 1000}),
+          m.patterns, {16, {1e-9, 1000}}),
       face_shape(fine.shape, block.seen), m.seen_shape(), factor, m.patterns);
   m.value.assign(exitance.begin(), exitance.end());
   m.variance.assign(m.value.size(), 1.0F);

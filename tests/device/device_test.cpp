@@ -12,6 +12,7 @@
 #include "device/context.h"
 #include "device/device_info.h"
 #include "device/self_test.h"
+#include "device/traffic.h"
 #include "tests/sentence.h"
 
 namespace kappamu::device {
@@ -119,6 +120,23 @@ TEST_F(OnDevice, RoundTripsAndZeroes) {
   context_->zero(b, b.bytes());
   context_->read(b, received.data(), b.bytes());
   EXPECT_EQ(received, std::vector<int>(sent.size(), 0));
+}
+
+TEST_F(OnDevice, WhatPassesIsCounted) {
+  const KernelSource source{"one.cl", "kernel void one(global int *a) { a[0] = 1; }\n"};
+  Program& program = context_->program(source, "");
+  const Buffer buffer = context_->allocate(sizeof(int));
+  context_->launch(program, "one", {}, buffer);  // the first of its width waits by itself
+  const Traffic before = traffic();
+  context_->launch(program, "one", {}, buffer);
+  int found = 0;
+  context_->read(buffer, &found, sizeof found);
+  context_->finish();
+  const Traffic passed = traffic().since(before);
+  EXPECT_EQ(passed.launches, 1U);
+  EXPECT_EQ(passed.waits, 2U);
+  EXPECT_EQ(passed.bytes, sizeof found);
+  EXPECT_GT(passed.seconds, 0.0);
 }
 
 TEST_F(OnDevice, PartsAreOfTheirBuffer) {

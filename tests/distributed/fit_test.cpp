@@ -44,7 +44,7 @@ SurfaceMeasurements measured(double contrast, Face seen, const SmoothError& shar
   }
   op->set_medium(kappa, mu);
   const std::vector<double> light(m.irradiance.begin(), m.irradiance.end());
-  for (const double value : solve_exitance(*op, light, m.patterns, 8, {1e-10, 500})) {
+  for (const double value : solve_exitance(*op, light, m.patterns, {8, {1e-10, 500}})) {
     const double deviation = 0.01 * value;
     m.value.push_back(static_cast<float>(value + deviation * normal(random)));
     m.variance.push_back(static_cast<float>(deviation * deviation));

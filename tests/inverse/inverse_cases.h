@@ -79,7 +79,7 @@ inline std::vector<double> simulate(const forward::GridSetup& setup, const Coeff
                       ->make(setup, seen, device, forward::Precision::double_precision)
                       .op;
   op->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
-  return solve_exitance(*op, light, patterns, 16, {1e-9, 1000});
+  return solve_exitance(*op, light, patterns, {16, {1e-9, 1000}});
 }
 
 }  // namespace kappamu::inverse::cases

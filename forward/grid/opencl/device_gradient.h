@@ -12,6 +12,9 @@
 
 namespace kappamu::forward {
 
+/// grid_gradient.cl and grid_samples.cl, which compute in double, for a solver's numbers.
+device::Program& double_program(device::Context& context, const Format& format);
+
 class DeviceGradient {
  public:
   DeviceGradient(device::Context& context, const Format& format, const GridSetup& setup,
@@ -23,9 +26,12 @@ class DeviceGradient {
   /// The logarithms kept.
   CoefficientPair medium() const;
 
-  /// `products` and `columns` are FieldSums' of the medium; `observed` is AdjointSums'.
+  /// AdjointSums::observed of weights and exitance [pattern][face][sample] under `light`.
+  device::Buffer observed(int patterns, std::span<const Face> seen, const device::Buffer& weights,
+                          const device::Buffer& exitance, const device::Buffer& light) const;
+  /// `products` and `columns` are FieldSums' of the medium.
   void add(const std::array<device::Buffer, 4>& products, const device::Buffer& columns,
-           std::span<const Face> seen, std::span<const double> observed,
+           std::span<const Face> seen, const device::Buffer& observed,
            const device::Buffer& gradient) const;
 
  private:

@@ -52,26 +52,21 @@ PairProducts FieldSums::pair_products(const OpenclField& lambda, const OpenclFie
   return {read(sums[0]), read(sums[1]), read(sums[2]), read(sums[3])};
 }
 
-device::Buffer FieldSums::columns(const OpenclField& lambda,
-                                  std::span<const double> irradiance) const {
+device::Buffer FieldSums::columns(const OpenclField& lambda, const SamplesOf& light) const {
   const GridShape& s = setup_.shape;
-  const std::size_t samples = face_shape(s, setup_.lit_face).cells();
-  check(irradiance.size() == samples * static_cast<std::size_t>(lambda.total),
-        "column_products: wrong number of irradiances");
   const std::array<int, 3> a = column_strides(s, setup_.lit_face);
   const device::Buffer sum = zeros();
   for (const Block& block : lambda.blocks) {
-    const Block light = block_like(context_, format_, block, samples, irradiance);
     context_.launch(kernels_(block.lanes).common(), "column_products",
                     kernels_(block.lanes).scalar_rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
-                    block.values, light.values, sum);
+                    block.values, light(block), sum);
   }
   return sum;
 }
 
 std::vector<double> FieldSums::column_products(const OpenclField& lambda,
-                                               std::span<const double> irradiance) const {
-  return read(columns(lambda, irradiance));
+                                               const SamplesOf& light) const {
+  return read(columns(lambda, light));
 }
 
 std::vector<double> FieldSums::weighted_sums(const OpenclField& phi,

@@ -20,11 +20,11 @@ class FieldSums {
 
   /// Σ_m λ_i φ_i and the sums across faces towards +x, +y, +z, in the device's accumulators.
   std::array<device::Buffer, 4> products(const OpenclField& lambda, const OpenclField& phi) const;
-  device::Buffer columns(const OpenclField& lambda, std::span<const double> irradiance) const;
+  /// Σ_m λ_i E_m of the columns below the lit face, whose light is given.
+  device::Buffer columns(const OpenclField& lambda, const SamplesOf& light) const;
 
   PairProducts pair_products(const OpenclField& lambda, const OpenclField& phi) const;
-  std::vector<double> column_products(const OpenclField& lambda,
-                                      std::span<const double> irradiance) const;
+  std::vector<double> column_products(const OpenclField& lambda, const SamplesOf& light) const;
   std::vector<double> weighted_sums(const OpenclField& phi, std::span<const double> weight) const;
 
  private:

@@ -1,6 +1,7 @@
 // A batch of patterns on an OpenCL device: blocks of 16, 8, 4 or 1 lanes, patterns innermost.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct OpenclField final : BatchField {
   bool zero = false;  ///< known to be, whatever the blocks hold
   std::vector<Block> blocks;
 };
+
+/// Samples of a face for the patterns of a block, in its lanes.
+using SamplesOf = std::function<device::Buffer(const Block& block)>;
 
 /// Cuts a batch into blocks of at most `most` lanes (16, 8, 4 or 1), with few lanes wasted; buffers
 /// are left empty.

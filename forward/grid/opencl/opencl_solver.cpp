@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/processor_time.h"
 #include "device/buffer_pool.h"
+#include "forward/device_medium.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl/deposit_beam.h"
 #include "forward/grid/opencl/device_gradient.h"
@@ -15,6 +16,7 @@
 #include "forward/grid/opencl/field_sums.h"
 #include "forward/grid/opencl/multigrid/batched_cg.h"
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
+#include "forward/grid/opencl/opencl_faces.h"
 #include "forward/grid/opencl/opencl_field.h"
 #include "forward/grid/opencl/solver_memory.h"
 #include "forward/grid/opencl/trusted_kernels.h"
@@ -47,7 +49,8 @@ class OpenclSolver final : public GridSolver {
         format_(format_of(context.info(), options.precision)),
         kernels_(context, format_, layout_, options),
         pool_(context),
-        sums_(context, format_, setup, kernels_, pool_) {
+        sums_(context, format_, setup_, kernels_, pool_),
+        faces_(context, format_, setup_, constants_, kernels_, hierarchy_, pool_) {
     validate(setup_);
     constants_ = constants_of(setup_);
     most_lanes_ = std::min(lanes_that_fit(setup_, context_.info(), format_, layout_),
@@ -103,26 +106,17 @@ class OpenclSolver final : public GridSolver {
   }
 
   void light_source(std::span<const double> irradiance, BatchField& b) const override {
-    const Face lit = setup_.lit_face;
-    if (setup_.source == SourceModel::boundary) {
-      set_on_face(lit, irradiance, boundary_q_per_irradiance(setup_, constants_), cast(b));
-      return;
-    }
     need_medium();
-    const GridShape& s = setup_.shape;
-    const std::vector<double> power =
-        scaled(irradiance, constants_.normal_transmittance * voxel_area());
-    const std::array<int, 3> a = column_strides(s, lit);
-    for (const Block& block : cast(b).blocks) {
-      const LaneKernels& k = kernels_(block.lanes);
-      const Block light = face_block(lit, block, power);
-      context_.launch(k.common(), "deposit", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
-                      deposit_, light.values, block.values);
-    }
+    check_values(setup_.lit_face, irradiance.size(), b.patterns());
+    faces_.light_source(faces_.samples(setup_.lit_face, irradiance, faces_.light_factor()),
+                        deposit_, cast(b));
   }
 
   void exitance_adjoint(Face face, std::span<const double> weights, BatchField& b) const override {
-    set_on_face(face, weights, exitance_per_flux(setup_) / voxel_area(), cast(b));
+    need_medium();
+    check_values(face, weights.size(), b.patterns());
+    faces_.zero(cast(b));
+    faces_.add_seen(face, faces_.samples(face, weights), cast(b));
   }
 
   void apply(const BatchField& phi, BatchField& y) const override {
@@ -143,31 +137,11 @@ class OpenclSolver final : public GridSolver {
   void exitance(const BatchField& phi, Face face, std::span<const double> irradiance,
                 std::span<double> out) const override {
     need_medium();
-    const OpenclField& field = to_read(phi);
-    const std::size_t samples = face_shape(setup_.shape, face).cells();
-    check(out.size() == samples * static_cast<std::size_t>(field.total),
-          "exitance: wrong number of outputs");
-    const bool entering = face == setup_.lit_face && setup_.source == SourceModel::boundary;
-    check(!entering || irradiance.size() == out.size(), "exitance: the lit face needs irradiance");
-    const double scale = exitance_per_flux(setup_) / voxel_area();
-    const double q = entering ? boundary_q_per_irradiance(setup_, constants_) : 0.0;
-    const double apart = entering ? exitance_per_irradiance(setup_, constants_) : 0.0;
-    const std::vector<double> dark(entering ? 0 : out.size(), 0.0);
-    for (const Block& block : field.blocks) {
-      const LaneKernels& k = kernels_(block.lanes);
-      const Block light =
-          face_block(face, block, entering ? irradiance : std::span<const double>(dark));
-      const Block result = face_block(face, block, {});
-      on_face(face, [&](auto&&... place) {
-        with_reals(
-            [&](auto s, auto qq, auto e) {
-              context_.launch(k.common(), "exitance", k.items(samples), place..., s, qq, e,
-                              light.values, block.values, result.values);
-            },
-            scale, q, apart);
-      });
-      read_block(context_, format_, result, samples, out);
-    }
+    check_values(face, out.size(), phi.patterns());
+    check(!faces_.needs_light(face) || irradiance.size() == out.size(),
+          "exitance: the lit face needs irradiance");
+    faces_.exitance(to_read(phi), face, faces_.samples(face, irradiance),
+                    faces_.to_host(face, out));
   }
 
   PairProducts pair_products(const BatchField& lambda, const BatchField& phi) const override {
@@ -175,7 +149,8 @@ class OpenclSolver final : public GridSolver {
   }
   std::vector<double> column_products(const BatchField& lambda,
                                       std::span<const double> irradiance) const override {
-    return sums_.column_products(to_read(lambda), irradiance);
+    check_values(setup_.lit_face, irradiance.size(), lambda.patterns());
+    return sums_.column_products(to_read(lambda), faces_.samples(setup_.lit_face, irradiance));
   }
   std::vector<double> weighted_sums(const BatchField& phi,
                                     std::span<const double> weight) const override {
@@ -200,17 +175,48 @@ class OpenclSolver final : public GridSolver {
       solver_.assemble(kappa, mu);
     }
     CoefficientPair medium() const override { return gradient_.medium(); }
-    void add_gradient(const BatchField& lambda, const BatchField& phi,
-                      std::span<const double> irradiance, std::span<const Face> seen,
-                      std::span<const double> observed,
+    void light_source(const device::Buffer& light, BatchField& b) const override {
+      const OpenclFaces& faces = solver_.faces_;
+      faces.light_source(lit(light, faces.light_factor()), solver_.deposit_, cast(b));
+    }
+    void exitance(const BatchField& phi, std::span<const Face> seen, const device::Buffer& light,
+                  const device::Buffer& out) const override {
+      for (std::size_t f = 0; f < seen.size(); ++f) {
+        solver_.faces_.exitance(solver_.to_read(phi), seen[f], lit(light),
+                                solver_.faces_.to_device(seen[f], one_of(seen, f, out)));
+      }
+    }
+    void exitance_adjoint(std::span<const Face> seen, const device::Buffer& weights,
+                          BatchField& b) const override {
+      const OpenclField& own = cast(b);
+      solver_.faces_.zero(own);
+      for (std::size_t f = 0; f < seen.size(); ++f) {
+        solver_.faces_.add_seen(seen[f], solver_.faces_.samples(seen[f], one_of(seen, f, weights)),
+                                own);
+      }
+    }
+    void add_gradient(const BatchField& lambda, const DeviceBatch& at, std::span<const Face> seen,
+                      const device::Buffer& weights,
                       const device::Buffer& gradient) const override {
       const FieldSums& sums = solver_.sums_;
       const OpenclField& adjoint = solver_.to_read(lambda);
-      gradient_.add(sums.products(adjoint, solver_.to_read(phi)), sums.columns(adjoint, irradiance),
-                    seen, observed, gradient);
+      gradient_.add(
+          sums.products(adjoint, solver_.to_read(at.phi)), sums.columns(adjoint, lit(at.light)),
+          seen, gradient_.observed(adjoint.total, seen, weights, at.exitance, at.light), gradient);
     }
 
    private:
+    std::size_t samples(Face face) const { return face_shape(solver_.setup_.shape, face).cells(); }
+    SamplesOf lit(const device::Buffer& light, double factor = 1.0) const {
+      const Face face = solver_.setup_.lit_face;
+      return solver_.faces_.samples(face, FaceOnDevice{light, 0, samples(face)}, factor);
+    }
+    FaceOnDevice one_of(std::span<const Face> seen, std::size_t f,
+                        const device::Buffer& values) const {
+      const std::size_t each = samples(seen[f]);
+      return {values, f * each, seen.size() * each};
+    }
+
     OpenclSolver& solver_;
     DeviceGradient gradient_;
   };
@@ -240,58 +246,14 @@ class OpenclSolver final : public GridSolver {
   void need_medium() const {
     check(hierarchy_->has_medium(), "set_medium must come before the first use of the solver");
   }
-  static std::vector<double> scaled(std::span<const double> values, double factor) {
-    std::vector<double> result(values.begin(), values.end());
-    for (double& v : result) v *= factor;
-    return result;
+  void check_values(Face face, std::size_t count, int patterns) const {
+    check(count == face_shape(setup_.shape, face).cells() * static_cast<std::size_t>(patterns),
+          "wrong number of values on face " + to_string(face));
   }
 
   BatchedCg& cg() const {
     if (!cg_) cg_.emplace(context_, format_, *hierarchy_, layout_, most_lanes_);
     return *cg_;
-  }
-
-  Block face_block(Face face, const Block& block, std::span<const double> values) const {
-    return block_like(context_, format_, block, face_shape(setup_.shape, face).cells(), values);
-  }
-
-  /// Calls f with the doubles as the kernels' reals.
-  template <class F, class... T>
-  void with_reals(F f, T... values) const {
-    if (format_.single) {
-      f(static_cast<float>(values)...);
-    } else {
-      f(values...);
-    }
-  }
-
-  /// Calls launch with the face's place as grid_surface.cl wants it.
-  template <class F>
-  void on_face(Face face, F launch) const {
-    const FaceIndex f = face_index(setup_.shape, face);
-    launch(f.nu, f.nv, f.cell, f.cell_u, f.cell_v, setup_.shape.nx, static_cast<int>(face),
-           hierarchy_->finest().stencils);
-  }
-
-  /// b = scale G_b values on the face's cells, 0 elsewhere.
-  void set_on_face(Face face, std::span<const double> values, double scale, OpenclField& b) const {
-    need_medium();
-    const std::size_t samples = face_shape(setup_.shape, face).cells();
-    check(values.size() == samples * static_cast<std::size_t>(b.total),
-          "wrong number of values on face " + to_string(face));
-    for (const Block& block : b.blocks) {
-      const LaneKernels& k = kernels_(block.lanes);
-      context_.zero(block.values, field_bytes(block));
-      const Block sample = face_block(face, block, values);
-      on_face(face, [&](auto&&... place) {
-        with_reals(
-            [&](auto s) {
-              context_.launch(k.common(), "add_on_face", k.items(samples), place..., s,
-                              sample.values, block.values);
-            },
-            scale);
-      });
-    }
   }
 
   GridSetup setup_;
@@ -307,6 +269,7 @@ class OpenclSolver final : public GridSolver {
   mutable TrustedKernels kernels_;
   mutable device::BufferPool pool_;
   FieldSums sums_;
+  OpenclFaces faces_;
   mutable std::optional<BatchedCg> cg_;
   std::optional<OnDevice> on_device_;
 };
@@ -368,9 +331,9 @@ void OpenclSolver::change_source(const EquationsChange& change, const BatchField
   const OpenclField& in = to_read(phi);
   const OpenclField& out = cast(b);
   check(in.total == out.total, "change_source: fields of different batches");
-  const Face lit = setup_.lit_face;
+  const SamplesOf light = faces_.samples(setup_.lit_face, irradiance);
   const GridShape& s = setup_.shape;
-  const std::array<int, 3> a = column_strides(s, lit);
+  const std::array<int, 3> a = column_strides(s, setup_.lit_face);
   const auto part = [&](const std::vector<double>& values) {
     return uploaded(context_, format_, values);
   };
@@ -379,9 +342,8 @@ void OpenclSolver::change_source(const EquationsChange& change, const BatchField
                                             part(change.face_z)};
   for (std::size_t i = 0; i < in.blocks.size(); ++i) {
     const LaneKernels& k = kernels_(in.blocks[i].lanes);
-    const Block light = face_block(lit, in.blocks[i], irradiance);
     context_.launch(k.common(), "change_source", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
-                    parts[0], parts[1], parts[2], parts[3], parts[4], light.values,
+                    parts[0], parts[1], parts[2], parts[3], parts[4], light(in.blocks[i]),
                     in.blocks[i].values, out.blocks[i].values);
   }
 }

@@ -33,6 +33,12 @@ GridSetup setup_of(const GridShape& shape, Face lit, Sides sides, SourceModel so
   return setup;
 }
 
+Values joined(const CoefficientPair& fields) {
+  Values both = fields.log_kappa;
+  both.insert(both.end(), fields.log_mu.begin(), fields.log_mu.end());
+  return both;
+}
+
 class DeviceMediumOf : public ::testing::TestWithParam<DeviceCase> {
  protected:
   void SetUp() override {
@@ -47,13 +53,15 @@ class DeviceMediumOf : public ::testing::TestWithParam<DeviceCase> {
     return make_grid_operator(make_opencl_solver(c.setup, *context_, {Precision::double_precision}),
                               SeenFaces(c.seen));
   }
-  device::Buffer uploaded(const CoefficientPair& fields) const {
-    const std::size_t bytes = fields.log_mu.size() * sizeof(double);
-    device::Buffer both = context_->allocate(2 * bytes);
-    std::vector<double> joined = fields.log_kappa;
-    joined.insert(joined.end(), fields.log_mu.begin(), fields.log_mu.end());
-    context_->write(both, joined.data(), 2 * bytes);
-    return both;
+  device::Buffer uploaded(const Values& values) const {
+    device::Buffer buffer = context_->allocate(values.size() * sizeof(double));
+    context_->write(buffer, values.data(), values.size() * sizeof(double));
+    return buffer;
+  }
+  Values read(const device::Buffer& buffer) const {
+    Values values(buffer.bytes() / sizeof(double));
+    context_->read(buffer, values.data(), buffer.bytes());
+    return values;
   }
 
   device::Context* context_ = nullptr;
@@ -69,52 +77,50 @@ TEST_P(DeviceMediumOf, GivesTheExitanceAndTheGradientOfTheHosts) {
   const auto host = made(), device = made();
   host->set_medium(medium.log_kappa, medium.log_mu);
   ASSERT_NE(device->on_device(), nullptr);
-  device->on_device()->set(uploaded(logs));
+  DeviceMedium& there = *device->on_device();
+  there.set(uploaded(joined(logs)));
 
   const auto patterns = static_cast<std::size_t>(c.patterns);
   const Values light = random_values(host->light_size() * patterns, 0.0, 1.0, 3);
   const Values weights = random_values(host->exitance_size() * patterns, -1.0, 1.0, 4);
   const Values before = random_values(2 * cells, -1e-3, 1e-3, 5);
-  const SolveOptions options{1e-10, 200};
-  const auto fields_of = [&](DiffusionOperator& op, Values& exitance, const auto& gradient_of) {
-    const auto b = op.make_field(c.patterns), phi = op.make_field(c.patterns),
-               lambda = op.make_field(c.patterns);
-    op.load(light, *b);
-    ASSERT_EQ(op.solve(*b, *phi, options).termination, Termination::converged);
-    exitance.resize(weights.size());
-    op.exitance(*phi, light, exitance);
-    op.exitance_transpose(weights, *b);
-    ASSERT_EQ(op.solve(*b, *lambda, options).termination, Termination::converged);
-    gradient_of(SolvedBatch{*phi, light, exitance}, *lambda);
+  const auto solved = [&](const DiffusionOperator& op, const BatchField& b) {
+    auto x = op.make_field(c.patterns);
+    EXPECT_EQ(op.solve(b, *x, {1e-10, 200}).termination, Termination::converged);
+    return x;
   };
-  Values by_host, by_device;
-  CoefficientPair gradient{Values(before.begin(), before.begin() + static_cast<long>(cells)),
-                           Values(before.begin() + static_cast<long>(cells), before.end())};
-  fields_of(*host, by_host, [&](const SolvedBatch& at, const BatchField& lambda) {
-    host->add_gradient(at, lambda, weights, gradient);
-  });
-  const device::Buffer on_device =
-      uploaded({Values(before.begin(), before.begin() + static_cast<long>(cells)),
-                Values(before.begin() + static_cast<long>(cells), before.end())});
-  fields_of(*device, by_device, [&](const SolvedBatch& at, const BatchField& lambda) {
-    device->on_device()->add_gradient(at, lambda, weights, on_device);
-  });
-  EXPECT_LT(relative_difference(by_device, by_host), 1e-9);
-  Values found(2 * cells);
-  context_->read(on_device, found.data(), found.size() * sizeof(double));
-  const Values kappa(found.begin(), found.begin() + static_cast<long>(cells));
-  const Values mu(found.begin() + static_cast<long>(cells), found.end());
-  EXPECT_LT(relative_difference(kappa, gradient.log_kappa), 1e-8);
-  EXPECT_LT(relative_difference(mu, gradient.log_mu), 1e-8);
+  const auto b = host->make_field(c.patterns), b_there = device->make_field(c.patterns);
+  host->load(light, *b);
+  const auto phi = solved(*host, *b);
+  Values exitance(weights.size());
+  host->exitance(*phi, light, exitance);
+  host->exitance_transpose(weights, *b);
+  const auto lambda = solved(*host, *b);
+  const auto half = before.begin() + static_cast<long>(cells);
+  CoefficientPair gradient{Values(before.begin(), half), Values(half, before.end())};
+  host->add_gradient({*phi, light, exitance}, *lambda, weights, gradient);
+
+  const device::Buffer light_there = uploaded(light), weights_there = uploaded(weights);
+  const device::Buffer exitance_there = uploaded(weights), gradient_there = uploaded(before);
+  there.load(light_there, *b_there);
+  const auto phi_there = solved(*device, *b_there);
+  there.exitance(*phi_there, light_there, exitance_there);
+  there.exitance_transpose(weights_there, *b_there);
+  const auto lambda_there = solved(*device, *b_there);
+  there.add_gradient({*phi_there, light_there, exitance_there}, *lambda_there, weights_there,
+                     gradient_there);
+  EXPECT_LT(relative_difference(read(exitance_there), exitance), 1e-9);
+  const Values found = read(gradient_there);
+  const auto middle = found.begin() + static_cast<long>(cells);
+  EXPECT_LT(relative_difference(Values(found.begin(), middle), gradient.log_kappa), 1e-8);
+  EXPECT_LT(relative_difference(Values(middle, found.end()), gradient.log_mu), 1e-8);
 
   // What the host needs of the medium it reads back.
   Values host_light(light.size()), device_light(light.size());
-  const auto lambda = host->make_field(c.patterns);
-  host->exitance_transpose(weights, *lambda);
-  host->load_transpose(*lambda, host_light);
-  const auto same = device->make_field(c.patterns);
-  device->exitance_transpose(weights, *same);
-  device->load_transpose(*same, device_light);
+  host->exitance_transpose(weights, *b);
+  host->load_transpose(*b, host_light);
+  device->exitance_transpose(weights, *b_there);
+  device->load_transpose(*b_there, device_light);
   EXPECT_LT(relative_difference(device_light, host_light), 1e-12);
 }
 

@@ -75,7 +75,7 @@ TEST(ObjectFit, FindsAnInclusionOfASphereUnderDiffuseLight) {
     }
   }
   op->set_medium(exponential(truth.log_kappa), exponential(truth.log_mu));
-  problem.data = solve_exitance(*op, problem.irradiance, patterns, patterns, {1e-9, 500});
+  problem.data = solve_exitance(*op, problem.irradiance, patterns, {patterns, {1e-9, 500}});
   cases::Noise noise(5);
   for (double& d : problem.data) {
     problem.weight.push_back(std::pow(0.003 * d, -2));

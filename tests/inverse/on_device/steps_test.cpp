@@ -175,6 +175,7 @@ TEST_P(DeviceSteps, StepsAreTheHostsUntilRoundingParts) {
   EXPECT_LT(relative_difference(device.fields().log_kappa, expected.log_kappa), 1e-4);
 
   const int solves = fit.objective.solves().forward;
+  device.store();
   device.leave();
   EXPECT_EQ(by_device.steps.size(), by_host.steps.size());
   EXPECT_LT(relative_difference(by_device.z, by_host.z), 1e-3);
@@ -182,6 +183,68 @@ TEST_P(DeviceSteps, StepsAreTheHostsUntilRoundingParts) {
   EXPECT_NEAR(fit.function.value(by_device.z), by_device.value, 1e-9 * by_device.value);
   EXPECT_EQ(fit.objective.solves().forward, solves);
   EXPECT_LT(relative_difference(fit.function.gradient(), by_device.gradient), 1e-7);
+}
+
+/// A fit's next weight begins where the last one stands, with its pairs.
+TEST_P(DeviceSteps, PairsGoOnToTheNextWeightAsTheHosts) {
+  Fitted fit(GetParam().regulariser, GetParam().scale);
+  OptimiserState state;
+  state.z = fit.function.coordinates(fit.start);
+  start(fit.function, state);
+  Steps device = fit.steps(state, VectorPlace::device);
+  for (int k = 0; k < 4; ++k) ASSERT_EQ(device.step(), StepOutcome::progressed);
+  device.store();
+  device.leave();
+  const CoefficientPair here = device.fields();
+
+  const Basis basis(fit.objective.space(), {Coordinates::informed, 2.5, 90.0},
+                    Fitted::blocks_at(fit.objective, here));
+  FitFunction next(fit.objective, basis, fit.function.anchor(), 9.0, fit.function.regulariser(),
+                   here, fit.function.scale());
+  OptimiserState by_host = state, by_device;
+  by_host.z = by_device.z = next.coordinates(here);
+  restart(next, by_host,
+          [&](Vector& step, Vector& change) { next.adopt(fit.function, step, change); });
+  start(next, by_device);
+  Steps there(fit.objective, basis, next, by_device, {}, VectorPlace::device);
+  there.adopt(device);
+  there.store();
+  ASSERT_EQ(by_host.steps.size(), 4U);
+  ASSERT_EQ(by_device.steps.size(), 4U);
+  const auto as_doubles = [](const std::vector<float>& v) { return Vector(v.begin(), v.end()); };
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_LT(relative_difference(as_doubles(by_device.steps[k]), as_doubles(by_host.steps[k])),
+              1e-6);
+    EXPECT_LT(relative_difference(as_doubles(by_device.changes[k]), as_doubles(by_host.changes[k])),
+              1e-6);
+  }
+  EXPECT_EQ(there.step(), StepOutcome::progressed);
+}
+
+TEST_P(DeviceSteps, GoOnWithTheGradientOfARenewedCorrection) {
+  Fitted fit(GetParam().regulariser, GetParam().scale);
+  OptimiserState state;
+  state.z = fit.function.coordinates(fit.start);
+  start(fit.function, state);
+  Steps steps = fit.steps(state, VectorPlace::device);
+  for (int k = 0; k < 3; ++k) ASSERT_EQ(steps.step(), StepOutcome::progressed);
+  steps.leave();
+  Correction r = fit.objective.correction();
+  for (double& x : r.ratio) x *= 1.01;
+  fit.objective.set_correction(r);
+  fit.objective.forget();
+  state.value = fit.function.value(state.z);
+  state.gradient = fit.function.gradient();
+  steps.go_on();
+  OptimiserState by_host = state;
+  steps.store();
+  by_host.steps = state.steps;
+  by_host.changes = state.changes;
+  EXPECT_EQ(state.gradient, by_host.gradient);
+  ASSERT_EQ(steps.step(), StepOutcome::progressed);
+  Steps host = fit.steps(by_host, VectorPlace::host);
+  ASSERT_EQ(host.step(), StepOutcome::progressed);
+  EXPECT_NEAR(state.value, by_host.value, 1e-6 * by_host.value);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -45,6 +45,43 @@ REDUCTION void roughness(const int nx, const int ny, const int nz, const double 
   leave(sum, 0, 0, scratch, partial);
 }
 
+// What flows from voxel i to its neighbours, of log κ's differences (x) and log μ's (y), each times
+// the mean of both diffusivities (edges) or 1.
+double2 flow_from(const size_t i, const int nx, const int ny, const int nz, const int edges,
+                  global const double* restrict fields, global const double* restrict diffusivity) {
+  const size_t cells = (size_t)nx * ny * nz;
+  VOXEL(i)
+  double2 sum = (double2)(0);
+#define ADD_FLOW(j)                                                                    \
+  {                                                                                    \
+    const double flow = edges ? 0.5 * (diffusivity[i] + diffusivity[j]) : 1;           \
+    sum.x += flow * (fields[i] - fields[j]);                                           \
+    sum.y += flow * (fields[i + cells] - fields[(j) + cells]);                         \
+  }
+  FOR_NEIGHBOURS(ADD_FLOW)
+  return sum;
+}
+
+// What the regulariser's quadratic form makes of `change` (smoothing_product()).
+kernel void smoothing_product(const int nx, const int ny, const int nz, const int edges,
+                              const double per_mu, const double scale, const double pull,
+                              global const double* restrict diffusivity,
+                              global const double* restrict change,
+                              global double* restrict product) {
+  const size_t i = get_global_id(0), cells = (size_t)nx * ny * nz;
+  if (i >= cells) return;
+  const double2 flow = flow_from(i, nx, ny, nz, edges, change, diffusivity);
+  product[i] = scale * flow.x + pull * change[i];
+  product[i + cells] = per_mu * (scale * flow.y + pull * change[i + cells]);
+}
+
+// Derivatives by log μ become those by w (absorption_scale.h), in place.
+kernel void by_scaled(const int cells, const double log_scale, global const double* restrict logs,
+                      global double* restrict by_logs) {
+  ELEMENT(cells)
+  by_logs[i + cells] /= cosh(logs[i + cells] - log_scale);
+}
+
 // Adds `weight` times R's gradient; then derivatives by log μ become those by w where log μ is not
 // the coordinate itself (absorption_scale.h).
 kernel void finish_gradient(const int nx, const int ny, const int nz, const int edges,
@@ -56,17 +93,9 @@ kernel void finish_gradient(const int nx, const int ny, const int nz, const int 
                             global double* restrict gradient) {
   const size_t i = get_global_id(0), cells = (size_t)nx * ny * nz;
   if (i >= cells) return;
-  VOXEL(i)
   const double k = logs[i], m = logs[i + cells];
-  double by_kappa = 0, by_mu = 0;
-#define ADD_FLOW(j)                                                          \
-  {                                                                          \
-    const double flow = edges ? 0.5 * (diffusivity[i] + diffusivity[j]) : 1; \
-    by_kappa += flow * (k - logs[j]);                                        \
-    by_mu += flow * (m - logs[(j) + cells]);                                 \
-  }
-  FOR_NEIGHBOURS(ADD_FLOW)
-  gradient[i] += weight * (scale * by_kappa + pull * (k - to_kappa));
-  const double sum = gradient[i + cells] + weight * per_mu * (scale * by_mu + pull * (m - to_mu));
+  const double2 flow = flow_from(i, nx, ny, nz, edges, logs, diffusivity);
+  gradient[i] += weight * (scale * flow.x + pull * (k - to_kappa));
+  const double sum = gradient[i + cells] + weight * per_mu * (scale * flow.y + pull * (m - to_mu));
   gradient[i + cells] = scaled ? sum / cosh(m - log_scale) : sum;
 }

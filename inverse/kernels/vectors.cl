@@ -113,6 +113,13 @@ kernel void set_scaled(const int count, const double factor, global const double
   to[i] = factor * from[i];
 }
 
+// to += factor · term.
+kernel void add_scaled(const int count, const double factor, global const double* restrict term,
+                       global double* restrict to) {
+  ELEMENT(count)
+  to[i] += factor * term[i];
+}
+
 // to += a step + b change.
 kernel void add_pair(const int count, const double a, global const float* restrict step,
                      const double b, global const float* restrict change,
@@ -133,6 +140,16 @@ kernel void difference(const int count, global const double* restrict a,
                        global const double* restrict b, global float* restrict to) {
   ELEMENT(count)
   to[i] = (float)(a[i] - b[i]);
+}
+
+// A pair of L-BFGS to double and back.
+kernel void widen(const int count, global const float* restrict from, global double* restrict to) {
+  ELEMENT(count)
+  to[i] = from[i];
+}
+kernel void narrow(const int count, global const double* restrict from, global float* restrict to) {
+  ELEMENT(count)
+  to[i] = (float)from[i];
 }
 
 // log μ from w = sinh(log μ/μ₀) (absorption_scale.h), in place.

@@ -1,4 +1,4 @@
-#include "inverse/on_device/device_arithmetic.h"
+#include "inverse/kernels/device_arithmetic.h"
 
 #include <algorithm>
 
