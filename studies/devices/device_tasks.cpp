@@ -99,12 +99,11 @@ std::string shown(const device::Traffic& passed, const Stopwatch& watch, int rep
 
 /// Its vectors where `vectors` says. On the host alone a fit takes hours.
 DeviceTask fit_by(const Request& request, const std::string& name, inverse::VectorPlace vectors) {
-  Block block;
-  block.grid = request.size == Size::full ? GridShape{64, 64, 12, 0.5} : GridShape{12, 12, 6, 0.5};
-  block.precision = forward::Precision::single_precision;
-  TruthSpec spec;
-  spec.seed = request.seed;
-  const auto truth = make_truth(block.grid.refined(2), spec);
+  const int side = request.count("side", request.size == Size::full ? 64 : 12);
+  const int depth = side > 64 ? 20 : side > 12 ? 12 : 6;
+  const Block block{.grid = {side, side, depth, 0.5},
+                    .precision = forward::Precision::single_precision};
+  const auto truth = make_truth(block.grid.refined(2), {.seed = request.seed});
   auto measured = std::make_shared<SurfaceMeasurements>(
       expose(block, truth, bar_light(block.grid, block.lit, 8)));
   add_noise(*measured, block.noise, request.seed);

@@ -127,9 +127,10 @@ std::vector<std::string> task_names() {
 }  // namespace
 
 Subject devices_subject() {
-  return {"devices",
-          "Times of every OpenCL device beside the processor's, of equal answers",
-          R"(  kappamu-studies devices -o out/bench
+  return {
+      "devices",
+      "Times of every OpenCL device beside the processor's, of equal answers",
+      R"(  kappamu-studies devices -o out/bench
   kappamu-studies devices -o out/bench --tasks solve cube --device NVIDIA
   kappamu-studies devices -o out/bench --quick            toy sizes, seconds
 
@@ -140,6 +141,8 @@ set_up_seconds: what a new medium or shape costs besides. times_processor: the r
 the fastest processor of the same run. difference: relative 2-norm from the host's answer, or
 from the processor's where the host has none; where it exceeds what the task allows, no ratio is
 stated. A device that cannot take a task has its sentence in the row. Goals are those of a GPU.
+note, of a fit: seconds that its thread did not wait for the device, how often it waited, kernels
+launched, and megabytes copied between them.
 
 Tasks: solve and cube (16 right-hand sides, 256 x 256 x 20 and 256 cubed, to a residual of 1e-6),
 fit (one channel; fit-host and fit-device: its vectors on the host or on the device), embedded
@@ -147,10 +150,12 @@ fit (one channel; fit-host and fit-device: its vectors on the host or on the dev
 dipole's, 131,736 triangles, links made anew), montecarlo (photons in a block).
 
 Do not trust it on a machine that does anything else.)",
-          {{"devices", "every task", measure_devices}},
-          {{"tasks", "Those named; all if absent", Setting::Kind::words, 0, 0, task_names()},
-           {"mesh", "Of the polygrid (default scenes/meshes/spot.ply)", Setting::Kind::words},
-           {"repetitions", "Median over these (default 5)", Setting::Kind::number, 1, 100}}};
+      {{"devices", "every task", measure_devices}},
+      {{"tasks", "Those named; all if absent", Setting::Kind::words, 0, 0, task_names()},
+       {"mesh", "Of the polygrid (default scenes/meshes/spot.ply)", Setting::Kind::words},
+       {"side", "Voxels along a fit's block (default 64; more than 64: 20 deep, marble's depth)",
+        Setting::Kind::number, 8, 256},
+       {"repetitions", "Median over these (default 5)", Setting::Kind::number, 1, 100}}};
 }
 
 }  // namespace kappamu::studies
