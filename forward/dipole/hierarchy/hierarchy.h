@@ -26,6 +26,9 @@
 
 namespace kappamu::forward::dipole {
 
+/// Of a GPU: work-items that share one receiver's lists.
+inline constexpr std::size_t items_together = 32;
+
 struct HierarchyOptions {
   float opening = 0.68F;  ///< of the oracle: error falls with about its third power
   float slack = 1.2F;     ///< kept links may exceed the opening by this factor
@@ -71,6 +74,8 @@ class Hierarchy {
   void upload_links();
   /// `on_cpu`: work-items that a processor's core walks at once.
   device::Range items(std::size_t count, std::size_t on_cpu) const;
+  /// Of a GPU: a work-group for each receiver.
+  static device::Range groups(int receivers);
 
   device::Context& context_;
   HierarchyOptions options_;
