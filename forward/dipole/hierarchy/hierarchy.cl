@@ -89,8 +89,9 @@ void pull_children(const int k, global const float4* restrict cluster,
   for (int q = 0; q < MOMENTS; ++q) moments[MOMENTS * k + q] = m[q];
 }
 
-// Moments of subtrees, whose roots are the clusters [count - 1, 2 count - 1).
-kernel void pull_subtrees(const int count, const int levels, const int triangles, const int depth,
+// Moments of subtrees, whose roots are the clusters [count - 1, 2 count - 1). `first`: of each leaf's
+// positions.
+kernel void pull_subtrees(const int count, const int levels, global const int* restrict first,
                           global const int* restrict order,
                           global const float4* restrict irradiance,
                           global const float4* restrict point, global const float4* restrict spread,
@@ -99,9 +100,8 @@ kernel void pull_subtrees(const int count, const int levels, const int triangles
   const int i = (int)get_global_id(0);
   if (i >= count) return;
   for (int leaf = i << levels; leaf < (i + 1) << levels; ++leaf) {
-    pull_leaf((count << levels) - 1 + leaf, (int)(((long)triangles * leaf) >> depth),
-              (int)(((long)triangles * (leaf + 1)) >> depth), order, irradiance, point, spread,
-              cluster, power, moments);
+    pull_leaf((count << levels) - 1 + leaf, first[leaf], first[leaf + 1], order, irradiance, point,
+              spread, cluster, power, moments);
   }
   for (int l = levels - 1; l >= 0; --l) {
     for (int c = i << l; c < (i + 1) << l; ++c)
@@ -216,19 +216,18 @@ float4 of_series(const float4* s, const float4 d) {
          s[7] * (d.x * d.y) + s[8] * (d.x * d.z) + s[9] * (d.y * d.z);
 }
 
-// `value` with what reaches the triangle at position p from near leaves, from place `first` of their
+// `value` with what reaches the triangle at position p from near leaves, from place `begin` of their
 // list on each `step`th: triangle by triangle, each by its moments where they are enough (`opening`
 // as for links, between a triangle and a point), else by its form factor.
-float4 with_near(float4 value, const int p, const int first, const int last, const int step,
-                 const int triangles, const int depth, const float smooth2, const float smooth,
-                 const float opening, const float decay, global const float4* restrict table,
+float4 with_near(float4 value, const int p, const int begin, const int end, const int step,
+                 const float smooth2, const float smooth, const float opening, const float decay,
+                 global const float4* restrict table, global const int* restrict first,
                  global const int* restrict near, global const float4* restrict point,
                  global const float4* restrict spread, global const float4* restrict corner,
                  global const float4* restrict power) {
-  for (int l = first; l < last; l += step) {
-    const int e_begin = (int)(((long)triangles * near[l]) >> depth);
-    const int e_end = (int)(((long)triangles * (near[l] + 1)) >> depth);
-    for (int e = e_begin; e < e_end; ++e) {
+  for (int l = begin; l < end; l += step) {
+    const int e_end = first[near[l] + 1];
+    for (int e = first[near[l]]; e < e_end; ++e) {
       const float x = point[p].x - point[e].x, y = point[p].y - point[e].y,
                   z = point[p].z - point[e].z;
       const float r2 = x * x + y * y + z * z;
@@ -250,29 +249,26 @@ float4 with_near(float4 value, const int p, const int first, const int last, con
 
 // Exitance at the centroids of a leaf's triangles, in the mesh's order: the leaf's series `s`, and
 // the leaves near it.
-void evaluate(const int leaf, const float4 centre, const float4* s, const int triangles,
-              const int depth, const float smooth2, const float smooth, const float opening,
-              const float decay, global const float4* restrict table,
+void evaluate(const int leaf, const float4 centre, const float4* s, const float smooth2,
+              const float smooth, const float opening, const float decay,
+              global const float4* restrict table, global const int* restrict first,
               global const int2* restrict range, global const int* restrict near,
               global const int* restrict order, global const float4* restrict point,
               global const float4* restrict spread, global const float4* restrict corner,
               global const float4* restrict power, global float4* restrict exitance) {
-  const int begin = (int)(((long)triangles * leaf) >> depth);
-  const int end = (int)(((long)triangles * (leaf + 1)) >> depth);
-  for (int p = begin; p < end; ++p) {
+  for (int p = first[leaf]; p < first[leaf + 1]; ++p) {
     exitance[order[p]] = with_near(of_series(s, point[p] - centre), p, range[leaf].x,
-                                   range[leaf].x + range[leaf].y, 1, triangles, depth, smooth2,
-                                   smooth, opening, decay, table, near, point, spread, corner,
-                                   power);
+                                   range[leaf].x + range[leaf].y, 1, smooth2, smooth, opening,
+                                   decay, table, first, near, point, spread, corner, power);
   }
 }
 
 // Series of subtrees, whose roots are the clusters [count - 1, 2 count - 1) and have theirs, down to
 // the leaves, and what these then evaluate.
 kernel void evaluate_subtrees(
-    const int count, const int levels, const int triangles, const int depth, const float smooth2,
-    const float smooth, const float opening, const float decay, global const float4* restrict table,
-    global const int2* restrict cluster_range, global const int* restrict emitter,
+    const int count, const int levels, const float smooth2, const float smooth,
+    const float opening, const float decay, global const float4* restrict table,
+    global const int* restrict first, global const int2* restrict cluster_range, global const int* restrict emitter,
     global const int2* restrict leaf_range, global const int* restrict near,
     global const int* restrict order, global const float4* restrict point,
     global const float4* restrict spread, global const float4* restrict corner,
@@ -291,8 +287,7 @@ kernel void evaluate_subtrees(
       moved(down[l - 1], cluster[k] - cluster[(k - 1) / 2], down[l]);
       add_links(k, 0, 1, smooth2, table, cluster_range, emitter, cluster, moments, down[l]);
     }
-    evaluate(leaf, cluster[(count << levels) - 1 + leaf], down[levels], triangles, depth, smooth2,
-             smooth, opening, decay, table, leaf_range, near, order, point, spread, corner, power,
-             exitance);
+    evaluate(leaf, cluster[(count << levels) - 1 + leaf], down[levels], smooth2, smooth, opening,
+             decay, table, first, leaf_range, near, order, point, spread, corner, power, exitance);
   }
 }

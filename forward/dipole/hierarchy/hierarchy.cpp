@@ -74,6 +74,7 @@ Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
   }
   used_ = context.allocate(5 * sizeof(int));
   upload(context_, tree_.order(), order_);
+  upload(context_, tree_.first(), first_);
   renew(mesh, profiles);
 }
 
@@ -100,11 +101,11 @@ void Hierarchy::set_mesh(const TriangleMesh& mesh) {
   vertices.reserve(mesh.vertices.size());
   for (const Eigen::Vector3d& v : mesh.vertices) vertices.emplace_back(v.cast<float>());
   upload(context_, vertices, vertex_);
-  const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
-  const int levels = std::min(subtree_, depth), roots = 1 << (depth - levels);
+  const int depth = tree_.depth(), levels = std::min(subtree_, depth);
+  const int roots = 1 << (depth - levels);
   context_.launch(*program_, "refit_subtrees", items(static_cast<std::size_t>(roots), 1), roots,
-                  levels, triangles, depth, order_, index_, vertex_, point_, spread_, corner_,
-                  cluster_, weight_, box_);
+                  levels, first_, order_, index_, vertex_, point_, spread_, corner_, cluster_,
+                  weight_, box_);
   for (int width = roots / 2; width > 0; width /= 2) {
     context_.launch(*program_, "refit", items(static_cast<std::size_t>(width), cpu_group), width,
                     cluster_, weight_, box_);
@@ -246,12 +247,12 @@ void Hierarchy::renew(const TriangleMesh& mesh, std::span<const Profile> profile
 
 std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> irradiance) {
   check(irradiance.size() == tree_.triangles(), "one irradiance per triangle");
-  const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
-  const int levels = std::min(subtree_, depth), roots = 1 << (depth - levels);
+  const int depth = tree_.depth(), levels = std::min(subtree_, depth);
+  const int roots = 1 << (depth - levels);
   context_.write(irradiance_, irradiance.data(), irradiance.size_bytes());
   const device::Range subtrees = items(static_cast<std::size_t>(roots), 1);
-  context_.launch(*program_, "pull_subtrees", subtrees, roots, levels, triangles, depth, order_,
-                  irradiance_, point_, spread_, cluster_, power_, moments_);
+  context_.launch(*program_, "pull_subtrees", subtrees, roots, levels, first_, order_, irradiance_,
+                  point_, spread_, cluster_, power_, moments_);
   const auto of_level = [&](int width) {
     return items(static_cast<std::size_t>(width), cpu_group);
   };
@@ -265,13 +266,12 @@ std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> 
   }
   const float of_triangles = triangle_share * options_.opening;
   if (gpu_) {
-    context_.launch(*program_, "evaluate_together", groups(roots), roots, triangles, depth,
-                    table_.smooth2, table_.smooth, of_triangles, table_.decay, profile_table_,
-                    leaf_range_, near_, order_, point_, spread_, corner_, cluster_, power_, series_,
-                    exitance_);
+    context_.launch(*program_, "evaluate_together", groups(roots), roots, table_.smooth2,
+                    table_.smooth, of_triangles, table_.decay, profile_table_, first_, leaf_range_,
+                    near_, order_, point_, spread_, corner_, cluster_, power_, series_, exitance_);
   } else {
-    context_.launch(*program_, "evaluate_subtrees", subtrees, roots, levels, triangles, depth,
-                    table_.smooth2, table_.smooth, of_triangles, table_.decay, profile_table_,
+    context_.launch(*program_, "evaluate_subtrees", subtrees, roots, levels, table_.smooth2,
+                    table_.smooth, of_triangles, table_.decay, profile_table_, first_,
                     cluster_range_, emitter_, leaf_range_, near_, order_, point_, spread_, corner_,
                     cluster_, power_, moments_, series_, exitance_);
   }

@@ -89,7 +89,7 @@ class Hierarchy {
   bool gpu_ = false;
   int subtree_ = 0;  ///< levels below the root of a subtree that one work-item takes
   device::Program* program_ = nullptr;
-  device::Buffer order_, index_, vertex_, cluster_, weight_, box_;
+  device::Buffer first_, order_, index_, vertex_, cluster_, weight_, box_;
   device::Buffer point_, spread_, corner_, profile_table_;
   device::Buffer cluster_range_, emitter_, leaf_range_, near_, left_range_, left_, used_;
   device::Buffer irradiance_, power_, moments_, series_, exitance_;

@@ -135,8 +135,8 @@ kernel GROUP void push_together(const int count, const float smooth2,
 
 // As evaluate(), of the `count` leaves.
 kernel GROUP void evaluate_together(
-    const int count, const int triangles, const int depth, const float smooth2, const float smooth,
-    const float opening, const float decay, global const float4* restrict table,
+    const int count, const float smooth2, const float smooth, const float opening,
+    const float decay, global const float4* restrict table, global const int* restrict first,
     global const int2* restrict range, global const int* restrict near,
     global const int* restrict order, global const float4* restrict point,
     global const float4* restrict spread, global const float4* restrict corner,
@@ -144,10 +144,8 @@ kernel GROUP void evaluate_together(
     global const float4* restrict series, global float4* restrict exitance) {
   local float4 part[TOGETHER];
   const int item = (int)get_local_id(0), leaf = (int)get_group_id(0), k = count - 1 + leaf;
-  const int begin = (int)(((long)triangles * leaf) >> depth);
-  const int end = (int)(((long)triangles * (leaf + 1)) >> depth);
   const int parts = clamp(range[leaf].y, 1, TOGETHER);
-  for (int p = begin; p < end; ++p) {
+  for (int p = first[leaf]; p < first[leaf + 1]; ++p) {
     float4 value = (float4)(0.0f);
     if (item == 0) {
       float4 s[MOMENTS];
@@ -155,8 +153,8 @@ kernel GROUP void evaluate_together(
       value = of_series(s, point[p] - cluster[k]);
     }
     part[item] = with_near(value, p, range[leaf].x + item, range[leaf].x + range[leaf].y, TOGETHER,
-                           triangles, depth, smooth2, smooth, opening, decay, table, near, point,
-                           spread, corner, power);
+                           smooth2, smooth, opening, decay, table, first, near, point, spread,
+                           corner, power);
     barrier(CLK_LOCAL_MEM_FENCE);
     if (item == 0) {
       value = part[0];
