@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
 #include "core/mesh/shapes.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
 #include "io/mesh_file.h"
