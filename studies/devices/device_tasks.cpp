@@ -45,6 +45,12 @@ device::Context& context_of(const Place& place) {
   return device::Context::of(device::choose(device::list_devices(), place.wanted()).index);
 }
 
+/// Kernels that `work` starts; none without OpenCL.
+std::optional<std::size_t> launches_in(const Place& place, const std::function<void()>& work) {
+  if (!place.device) return std::nullopt;
+  return context_of(place).launches_of(work).size();
+}
+
 // ---- Blocks
 
 constexpr double block_tolerance = 1e-6;
@@ -210,6 +216,9 @@ DeviceTask embedded_cubes(const Request& request) {
       if (k == 0) continue;  // compiled
       whole.push_back(watch.seconds());
       systems.push_back(solver.take_seconds());
+      if (k == count) {
+        answer.launches = launches_in(place, [&] { own->cubes.answers(solver, cubes_tolerance); });
+      }
       assembly.push_back(std::max(0.0, first - systems.back()));
     }
     answer.seconds = median(systems);
@@ -267,6 +276,8 @@ DeviceTask polygrid(const Request& request) {
       elapsed.push_back(1e-3 * frame.diffusion_elapsed);
     }
     answer.seconds = median(elapsed);
+    answer.launches =
+        launches_in(place, [&] { live.frame(last_degrees + degrees_per_frame, Entry::surface); });
     answer.count = static_cast<double>(live.unknowns());
     answer.size = std::to_string(live.unknowns()) + " nodes, three channels, light moved by 2°";
     live.converge(last_degrees, Entry::surface);
@@ -296,6 +307,7 @@ DeviceTask hierarchy(const Request& request) {
     const HierarchyCost cost = hierarchy_cost(context_of(place), quads, count, seed);
     DeviceAnswer answer;
     answer.seconds = 1e-3 * cost.row.at("on_the_fly_ms").get<double>();
+    answer.launches = cost.row.at("launches").get<std::size_t>();
     answer.count = cost.row.at("triangles");
     answer.size =
         std::to_string(2 * quads.tube * quads.around) + " triangles, three channels, on the fly";

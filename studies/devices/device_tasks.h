@@ -29,11 +29,12 @@ struct DeviceAnswer {
   double seconds = 0.0;  ///< by the host's clock until the device has finished, median
   /// What else a new medium or shape costs there, median; none: it is in `seconds`.
   std::optional<double> set_up_seconds = {};
-  double count = 0.0;          ///< of the task's unit, in `seconds`
-  std::string size;            ///< of the problem
-  std::string note;            ///< what differs from the other places
-  std::vector<double> values;  ///< that all devices must find
-  double allowed = 0.0;        ///< relative 2-norm that two of such values may differ by
+  double count = 0.0;                        ///< of the task's unit, in `seconds`
+  std::optional<std::size_t> launches = {};  ///< of kernels, in `seconds`; none: not counted
+  std::string size;                          ///< of the problem
+  std::string note;                          ///< what differs from the other places
+  std::vector<double> values;                ///< that all devices must find
+  double allowed = 0.0;  ///< relative 2-norm that two of such values may differ by
 };
 
 struct DeviceTask {

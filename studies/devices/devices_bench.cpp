@@ -72,6 +72,7 @@ std::vector<Json> rows_of_task(const DeviceTask& task, const std::vector<Place>&
       row["set_up_seconds"] = answer.set_up_seconds ? Json(*answer.set_up_seconds) : Json();
       row["rate"] = answer.count / answer.seconds;
       row["unit"] = task.unit;
+      row["launches"] = answer.launches ? Json(*answer.launches) : Json();
       row["note"] = answer.note;
       row["difference"] = row["allowed"] = row["times_processor"] = nullptr;
       bool equal = reference == nullptr || reference == &answer;
@@ -137,7 +138,8 @@ Subject devices_subject() {
 Each task runs on every OpenCL device and, where the model has that path, on the host without
 OpenCL (the device reference: the block's solver is serial there, objects take all threads).
 seconds: by the host's clock until the device has finished, kernels compiled before, median;
-set_up_seconds: what a new medium or shape costs besides. times_processor: the rate over that of
+set_up_seconds: what a new medium or shape costs besides; launches: of kernels, each of which
+takes a GPU's host some 6 µs. times_processor: the rate over that of
 the fastest processor of the same run. difference: relative 2-norm from the host's answer, or
 from the processor's where the host has none; where it exceeds what the task allows, no ratio is
 stated. A device that cannot take a task has its sentence in the row. Goals are those of a GPU.

@@ -150,6 +150,8 @@ Subject dipole_subject() {
 Times are medians of wall-clock and processor time over repetitions, by section
 hierarchy; a machine that is busy shows in the first, not in the second.)",
           {{"hierarchy", "2 k to 500 k triangles, RGB marble at 25 mm", dipole_hierarchy},
+           {"lists", "lengths of the lists that a work-item walks, or a GPU's group of them",
+            dipole_lists},
            {"point-sampling", "near triangles by form factors and by evenly spread points",
             dipole_point_sampling},
            {"deform", "objects that deform, frame by frame, as the window answers", dipole_deform},

@@ -7,7 +7,9 @@
 #include <array>
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
 #include "device/context.h"
+#include "forward/dipole/profile/profile.h"
 #include "studies/subject.h"
 
 namespace kappamu::studies {
@@ -20,6 +22,11 @@ struct Quads {
 inline constexpr std::array<Quads, 5> hierarchy_quads{
     {{16, 63}, {34, 120}, {66, 248}, {132, 499}, {260, 962}}};
 
+/// Of the form of [M]'s ring.
+TriangleMesh torus(const Quads& quads, double size_mm);
+/// Of Jensen et al. 2001 at η = 1.3, lengths times `scale`.
+std::vector<forward::dipole::Profile> red_green_blue_marble(double scale);
+
 /// One torus on one device.
 struct HierarchyCost {
   Json row;                              ///< of section hierarchy
@@ -30,6 +37,8 @@ HierarchyCost hierarchy_cost(device::Context& context, const Quads& quads, int r
 
 /// Rows per number of triangles.
 void dipole_hierarchy(const Request& request, Progress& progress, const Save& save);
+/// Rows per mesh and kind of list: its steps by one work-item, and shared by a group.
+void dipole_lists(const Request& request, Progress& progress, const Save& save);
 /// Rows per size of a marble torus: near triangles by form factors and by even points ([M] table
 /// 5).
 void dipole_point_sampling(const Request& request, Progress& progress, const Save& save);

@@ -26,6 +26,8 @@ constexpr double hierarchy_size_mm = 25.0;
 constexpr double tube_share = 0.209;  // of the outer radius: quads are square
 constexpr int checked = 60;           // triangles where the direct sum is taken
 
+}  // namespace
+
 TriangleMesh torus(const Quads& quads, double size_mm) {
   const double minor = 0.5 * size_mm * tube_share, major = 0.5 * size_mm - minor;
   TriangleMesh mesh;
@@ -47,7 +49,7 @@ TriangleMesh torus(const Quads& quads, double size_mm) {
   return mesh;
 }
 
-std::vector<Profile> marble(double scale) {
+std::vector<Profile> red_green_blue_marble(double scale) {
   std::vector<Profile> profiles;
   for (const auto& [scattering, absorption] :
        {std::pair{2.19, 0.0021}, std::pair{2.62, 0.0041}, std::pair{3.00, 0.0071}}) {
@@ -56,6 +58,8 @@ std::vector<Profile> marble(double scale) {
   }
   return profiles;
 }
+
+namespace {
 
 std::vector<Eigen::Array4f> sunlight(const Surface& surface) {
   const Eigen::Vector3d sun = Eigen::Vector3d(1, 1, 1).normalized();
@@ -116,7 +120,8 @@ Times timed(int repetitions, const std::function<void()>& frame) {
 
 HierarchyCost hierarchy_cost(device::Context& context, const Quads& quads, int repetitions,
                              std::uint64_t seed) {
-  const std::vector<Profile> profiles = marble(1.0), other = marble(1.02);
+  const std::vector<Profile> profiles = red_green_blue_marble(1.0),
+                             other = red_green_blue_marble(1.02);
   const TriangleMesh mesh = torus(quads, hierarchy_size_mm);
   TriangleMesh bent = mesh;
   for (Eigen::Vector3d& v : bent.vertices) v.z() += 0.2 * std::sin(0.3 * v.x());
@@ -142,7 +147,14 @@ HierarchyCost hierarchy_cost(device::Context& context, const Quads& quads, int r
     hierarchy.renew(turn ? bent : mesh, turn ? other : profiles);
     exitance = hierarchy.exitance(light);
   });
+  const std::size_t launches = context
+                                   .launches_of([&] {
+                                     hierarchy.renew(mesh, profiles);
+                                     hierarchy.exitance(light);
+                                   })
+                                   .size();
   return {{{"triangles", mesh.triangles.size()},
+           {"launches", launches},
            {"links_per_triangle", static_cast<double>(links) / triangles},
            {"near_leaf_pairs_per_triangle", static_cast<double>(near) / triangles},
            {"error", error},

@@ -37,6 +37,9 @@ ClusterTree::ClusterTree(const TriangleMesh& mesh) {
     centroid.emplace_back((sum / 3.0).cast<float>());
   }
   order_.resize(count);
+  for (std::size_t leaf = 0; leaf <= std::size_t{1} << depth_; ++leaf) {
+    first_.push_back(static_cast<int>((count * leaf) >> depth_));
+  }
   std::iota(order_.begin(), order_.end(), 0);
   split(centroid, 0, 0);
   refit(mesh);
@@ -57,9 +60,26 @@ void ClusterTree::split(const std::vector<Eigen::Vector3f>& centroid, int level,
     return centroid[static_cast<std::size_t>(a)][axis] <
            centroid[static_cast<std::size_t>(b)][axis];
   };
+  if (level + 1 == depth_) {
+    std::sort(first, last, less);
+    first_[2 * i + 1] = last_cut(centroid, axis, 2 * i);
+    return;
+  }
   if (first != last) std::nth_element(first, middle, last, less);
   split(centroid, level + 1, 2 * i);
   split(centroid, level + 1, 2 * i + 1);
+}
+
+int ClusterTree::last_cut(const std::vector<Eigen::Vector3f>& centroid, int axis,
+                          std::size_t leaf) const {
+  const auto at = [&](int p) {
+    return centroid[static_cast<std::size_t>(order_[static_cast<std::size_t>(p)])][axis];
+  };
+  int cut = first_[leaf + 1];
+  for (int p = first_[leaf] + 1; p < first_[leaf + 2]; ++p) {
+    if (at(p) - at(p - 1) > at(cut) - at(cut - 1)) cut = p;
+  }
+  return cut;
 }
 
 void ClusterTree::check_same(const TriangleMesh& mesh) const {

@@ -1,7 +1,8 @@
 // Any triangle mesh as a hierarchy of clusters: a complete binary tree over a permutation of the
 // triangles, cut at the median of the centroids along the longest axis. Cluster k has the children
-// 2k + 1 and 2k + 2; on level l, cluster i holds the positions [iN/2^l, (i+1)N/2^l) of the
-// permutation. The tree is built once; where vertices move, only centres and extents are renewed.
+// 2k + 1 and 2k + 2. The last cut is at the widest gap between centroids instead where that is most
+// of their extent, so that leaves seldom have triangles of two sides of the object. The tree is
+// built once; where vertices move, only centres and extents are renewed.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,7 +13,7 @@
 
 namespace kappamu::forward::dipole {
 
-/// Triangles of a leaf, at most.
+/// Triangles of a leaf, on average, at most one more.
 inline constexpr std::size_t leaf_triangles = 2;
 
 class ClusterTree {
@@ -30,7 +31,12 @@ class ClusterTree {
   std::size_t triangles() const { return order_.size(); }
   std::size_t first_leaf() const { return (std::size_t{1} << depth_) - 1; }
   bool leaf(std::size_t k) const { return k >= first_leaf(); }
-  std::size_t begin(int level, std::size_t i) const { return (triangles() * i) >> level; }
+  /// Of the positions in the permutation that cluster i of a level holds; i + 1: their end.
+  std::size_t begin(int level, std::size_t i) const {
+    return static_cast<std::size_t>(first_[i << (depth_ - level)]);
+  }
+  /// The first position of each leaf, and the end of the last.
+  const std::vector<int>& first() const { return first_; }
 
   /// Triangle of the mesh at each position.
   const std::vector<int>& order() const { return order_; }
@@ -49,6 +55,8 @@ class ClusterTree {
 
  private:
   void split(const std::vector<Eigen::Vector3f>& centroid, int level, std::size_t i);
+  /// Between two leaves, whose triangles are in order along the axis.
+  int last_cut(const std::vector<Eigen::Vector3f>& centroid, int axis, std::size_t leaf) const;
   void refit_triangle(const TriangleMesh& mesh, std::size_t position);
   void refit_leaf(std::size_t k, std::size_t first, std::size_t last);
   void refit_cluster(std::size_t k);
@@ -57,7 +65,7 @@ class ClusterTree {
   void set_radius(std::size_t k);
 
   int depth_ = 0;
-  std::vector<int> order_;
+  std::vector<int> order_, first_;
   std::vector<Eigen::Array4f> cluster_, point_, spread_, corner_;
   std::vector<Eigen::AlignedBox3f> box_;  ///< per cluster, of its centroids
   std::vector<Eigen::Array2f> weight_;    ///< per cluster: area [mm²], Σ area · d² [mm⁴]

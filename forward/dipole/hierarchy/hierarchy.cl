@@ -89,8 +89,9 @@ void pull_children(const int k, global const float4* restrict cluster,
   for (int q = 0; q < MOMENTS; ++q) moments[MOMENTS * k + q] = m[q];
 }
 
-// Moments of subtrees, whose roots are the clusters [count - 1, 2 count - 1).
-kernel void pull_subtrees(const int count, const int levels, const int triangles, const int depth,
+// Moments of subtrees, whose roots are the clusters [count - 1, 2 count - 1). `first`: of each leaf's
+// positions.
+kernel void pull_subtrees(const int count, const int levels, global const int* restrict first,
                           global const int* restrict order,
                           global const float4* restrict irradiance,
                           global const float4* restrict point, global const float4* restrict spread,
@@ -99,9 +100,8 @@ kernel void pull_subtrees(const int count, const int levels, const int triangles
   const int i = (int)get_global_id(0);
   if (i >= count) return;
   for (int leaf = i << levels; leaf < (i + 1) << levels; ++leaf) {
-    pull_leaf((count << levels) - 1 + leaf, (int)(((long)triangles * leaf) >> depth),
-              (int)(((long)triangles * (leaf + 1)) >> depth), order, irradiance, point, spread,
-              cluster, power, moments);
+    pull_leaf((count << levels) - 1 + leaf, first[leaf], first[leaf + 1], order, irradiance, point,
+              spread, cluster, power, moments);
   }
   for (int l = levels - 1; l >= 0; --l) {
     for (int c = i << l; c < (i + 1) << l; ++c)
@@ -116,15 +116,16 @@ kernel void pull(const int count, global const float4* restrict cluster,
   if (i < count) pull_children(count - 1 + i, cluster, moments);
 }
 
-// Adds to a cluster's Taylor series what its links bring: K(x − y) and its derivatives are
-// K, G d, G I + H ddᵀ with d between the centres, G = K'/r, H = G'/r.
-void add_links(const int k, const float smooth2, global const float4* restrict table,
+// Adds to a cluster's Taylor series what its links bring, from `first` on each `step`th: K(x − y) and
+// its derivatives are K, G d, G I + H ddᵀ with d between the centres, G = K'/r, H = G'/r.
+void add_links(const int k, const int first, const int step, const float smooth2,
+               global const float4* restrict table,
                global const int2* restrict range, global const int* restrict emitter,
                global const float4* restrict cluster, global const float4* restrict moments,
                float4* m) {
   const float4 centre = cluster[k];
   const int end = range[k].x + range[k].y;
-  for (int l = range[k].x; l < end; ++l) {
+  for (int l = range[k].x + first; l < end; l += step) {
     const int e = emitter[l];
     const float x = centre.x - cluster[e].x, y = centre.y - cluster[e].y,
                 z = centre.z - cluster[e].z;
@@ -172,7 +173,7 @@ kernel void push(const int count, const float smooth2, global const float4* rest
   float4 s[MOMENTS], m[MOMENTS];
   for (int q = 0; q < MOMENTS; ++q) s[q] = k > 0 ? series[MOMENTS * parent + q] : (float4)(0.0f);
   moved(s, k > 0 ? cluster[k] - cluster[parent] : (float4)(0.0f), m);
-  add_links(k, smooth2, table, range, emitter, cluster, moments, m);
+  add_links(k, 0, 1, smooth2, table, range, emitter, cluster, moments, m);
   for (int q = 0; q < MOMENTS; ++q) series[MOMENTS * k + q] = m[q];
 }
 
@@ -208,54 +209,66 @@ float4 form_factor(global const float4* restrict corner, const float4 at, const 
   return sum;
 }
 
+// A leaf's series at a distance d from its centre.
+float4 of_series(const float4* s, const float4 d) {
+  return s[0] + s[1] * d.x + s[2] * d.y + s[3] * d.z +
+         0.5f * (s[4] * (d.x * d.x) + s[5] * (d.y * d.y) + s[6] * (d.z * d.z)) +
+         s[7] * (d.x * d.y) + s[8] * (d.x * d.z) + s[9] * (d.y * d.z);
+}
+
+// `value` with what reaches the triangle at position p from near leaves, from place `begin` of their
+// list on each `step`th: triangle by triangle, each by its moments where they are enough (`opening`
+// as for links, between a triangle and a point), else by its form factor.
+float4 with_near(float4 value, const int p, const int begin, const int end, const int step,
+                 const float smooth2, const float smooth, const float opening, const float decay,
+                 global const float4* restrict table, global const int* restrict first,
+                 global const int* restrict near, global const float4* restrict point,
+                 global const float4* restrict spread, global const float4* restrict corner,
+                 global const float4* restrict power) {
+  for (int l = begin; l < end; l += step) {
+    const int e_end = first[near[l] + 1];
+    for (int e = first[near[l]]; e < e_end; ++e) {
+      const float x = point[p].x - point[e].x, y = point[p].y - point[e].y,
+                  z = point[p].z - point[e].z;
+      const float r2 = x * x + y * y + z * z;
+      const float4 own = spread[2 * e], mixed = spread[2 * e + 1];
+      const float distance = sqrt(r2 + smooth * smooth);
+      if (mixed.w * (3.0f + decay * distance) <= 3.0f * opening * distance) {
+        const place at = find(table, smooth2, r2);
+        const float across = own.x * x * x + own.y * y * y + own.z * z * z +
+                             2.0f * (mixed.x * x * y + mixed.y * x * z + mixed.z * y * z);
+        value += power[e] * (looked_up(at, 0) + 0.5f * (looked_up(at, 1) * (own.x + own.y + own.z) +
+                                                        looked_up(at, 2) * across));
+      } else {
+        value += power[e] / point[e].w * form_factor(corner + 3 * e, point[p], smooth2, table);
+      }
+    }
+  }
+  return value;
+}
+
 // Exitance at the centroids of a leaf's triangles, in the mesh's order: the leaf's series `s`, and
-// the leaves near it triangle by triangle, each by its moments where they are enough (`opening` as
-// for links, between a triangle and a point), else by its form factor.
-void evaluate(const int leaf, const float4 centre, const float4* s, const int triangles,
-              const int depth, const float smooth2, const float smooth, const float opening,
-              const float decay, global const float4* restrict table,
+// the leaves near it.
+void evaluate(const int leaf, const float4 centre, const float4* s, const float smooth2,
+              const float smooth, const float opening, const float decay,
+              global const float4* restrict table, global const int* restrict first,
               global const int2* restrict range, global const int* restrict near,
               global const int* restrict order, global const float4* restrict point,
               global const float4* restrict spread, global const float4* restrict corner,
               global const float4* restrict power, global float4* restrict exitance) {
-  const int begin = (int)(((long)triangles * leaf) >> depth);
-  const int end = (int)(((long)triangles * (leaf + 1)) >> depth);
-  for (int p = begin; p < end; ++p) {
-    const float4 d = point[p] - centre;
-    float4 value = s[0] + s[1] * d.x + s[2] * d.y + s[3] * d.z +
-                   0.5f * (s[4] * (d.x * d.x) + s[5] * (d.y * d.y) + s[6] * (d.z * d.z)) +
-                   s[7] * (d.x * d.y) + s[8] * (d.x * d.z) + s[9] * (d.y * d.z);
-    for (int l = range[leaf].x; l < range[leaf].x + range[leaf].y; ++l) {
-      const int e_begin = (int)(((long)triangles * near[l]) >> depth);
-      const int e_end = (int)(((long)triangles * (near[l] + 1)) >> depth);
-      for (int e = e_begin; e < e_end; ++e) {
-        const float x = point[p].x - point[e].x, y = point[p].y - point[e].y,
-                    z = point[p].z - point[e].z;
-        const float r2 = x * x + y * y + z * z;
-        const float4 own = spread[2 * e], mixed = spread[2 * e + 1];
-        const float distance = sqrt(r2 + smooth * smooth);
-        if (mixed.w * (3.0f + decay * distance) <= 3.0f * opening * distance) {
-          const place at = find(table, smooth2, r2);
-          const float across = own.x * x * x + own.y * y * y + own.z * z * z +
-                               2.0f * (mixed.x * x * y + mixed.y * x * z + mixed.z * y * z);
-          value +=
-              power[e] * (looked_up(at, 0) + 0.5f * (looked_up(at, 1) * (own.x + own.y + own.z) +
-                                                     looked_up(at, 2) * across));
-        } else {
-          value += power[e] / point[e].w * form_factor(corner + 3 * e, point[p], smooth2, table);
-        }
-      }
-    }
-    exitance[order[p]] = value;
+  for (int p = first[leaf]; p < first[leaf + 1]; ++p) {
+    exitance[order[p]] = with_near(of_series(s, point[p] - centre), p, range[leaf].x,
+                                   range[leaf].x + range[leaf].y, 1, smooth2, smooth, opening,
+                                   decay, table, first, near, point, spread, corner, power);
   }
 }
 
 // Series of subtrees, whose roots are the clusters [count - 1, 2 count - 1) and have theirs, down to
 // the leaves, and what these then evaluate.
 kernel void evaluate_subtrees(
-    const int count, const int levels, const int triangles, const int depth, const float smooth2,
-    const float smooth, const float opening, const float decay, global const float4* restrict table,
-    global const int2* restrict cluster_range, global const int* restrict emitter,
+    const int count, const int levels, const float smooth2, const float smooth,
+    const float opening, const float decay, global const float4* restrict table,
+    global const int* restrict first, global const int2* restrict cluster_range, global const int* restrict emitter,
     global const int2* restrict leaf_range, global const int* restrict near,
     global const int* restrict order, global const float4* restrict point,
     global const float4* restrict spread, global const float4* restrict corner,
@@ -272,10 +285,9 @@ kernel void evaluate_subtrees(
       if ((leaf & ((1 << (levels - l)) - 1)) != 0) continue;
       const int k = (count << l) - 1 + (leaf >> (levels - l));
       moved(down[l - 1], cluster[k] - cluster[(k - 1) / 2], down[l]);
-      add_links(k, smooth2, table, cluster_range, emitter, cluster, moments, down[l]);
+      add_links(k, 0, 1, smooth2, table, cluster_range, emitter, cluster, moments, down[l]);
     }
-    evaluate(leaf, cluster[(count << levels) - 1 + leaf], down[levels], triangles, depth, smooth2,
-             smooth, opening, decay, table, leaf_range, near, order, point, spread, corner, power,
-             exitance);
+    evaluate(leaf, cluster[(count << levels) - 1 + leaf], down[levels], smooth2, smooth, opening,
+             decay, table, first, leaf_range, near, order, point, spread, corner, power, exitance);
   }
 }

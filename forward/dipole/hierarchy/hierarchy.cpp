@@ -20,9 +20,11 @@ constexpr std::size_t moments_per_cluster = 10;
 constexpr float triangle_share = 0.8F;
 /// Work-items of a group; a CPU walks them one after the other.
 constexpr std::size_t cpu_group = 64, gpu_group = 64;
-/// Receivers that a work-item links, and the places that it takes of a pool at once. A processor's
-/// cores would wait for each other at every receiver; a GPU has more items than receivers.
-constexpr int cpu_run = 16, gpu_run = 1, cpu_region = 256, gpu_region = 0;
+/// Of a processor: receivers that a work-item links at most, items of a level for each core at
+/// least, and places that an item takes of a pool at once for each of its receivers. Cores would
+/// wait for each other at every receiver, and gaps between the items' places slow the sum down.
+constexpr std::size_t most_receivers = 64, items_a_core = 16;
+constexpr int places_a_receiver = 8;
 /// Places of a pool of links for each triangle, at first; and the most bytes of one.
 constexpr std::size_t first_links = 16, most_pool_bytes = std::size_t{1} << 32;
 /// Levels below the root of a subtree that one work-item takes; a GPU has more items than leaves.
@@ -49,7 +51,8 @@ Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
       subtree_(gpu_ ? gpu_subtree : cpu_subtree),
       program_(
           &context.program(hierarchy_cl, "-DTABLE_BITS=" + std::to_string(table_bits) +
-                                             " -DSUBTREE_LEVELS=" + std::to_string(subtree_))) {
+                                             " -DSUBTREE_LEVELS=" + std::to_string(subtree_) +
+                                             " -DTOGETHER=" + std::to_string(items_together))) {
   const std::size_t vector = sizeof(Eigen::Array4f), triangles = tree_.triangles();
   point_ = context.allocate(triangles * vector);
   spread_ = context.allocate(2 * triangles * vector);
@@ -71,11 +74,16 @@ Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
   }
   used_ = context.allocate(5 * sizeof(int));
   upload(context_, tree_.order(), order_);
+  upload(context_, tree_.first(), first_);
   renew(mesh, profiles);
 }
 
 device::Range Hierarchy::items(std::size_t count, std::size_t on_cpu) const {
   return {count, 1, gpu_ ? gpu_group : std::min(on_cpu, count), 1};
+}
+
+device::Range Hierarchy::groups(int receivers) {
+  return {static_cast<std::size_t>(receivers) * items_together, 1, items_together, 1};
 }
 
 Oracle Hierarchy::oracle(float opening) const {
@@ -93,11 +101,11 @@ void Hierarchy::set_mesh(const TriangleMesh& mesh) {
   vertices.reserve(mesh.vertices.size());
   for (const Eigen::Vector3d& v : mesh.vertices) vertices.emplace_back(v.cast<float>());
   upload(context_, vertices, vertex_);
-  const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
-  const int levels = std::min(subtree_, depth), roots = 1 << (depth - levels);
+  const int depth = tree_.depth(), levels = std::min(subtree_, depth);
+  const int roots = 1 << (depth - levels);
   context_.launch(*program_, "refit_subtrees", items(static_cast<std::size_t>(roots), 1), roots,
-                  levels, triangles, depth, order_, index_, vertex_, point_, spread_, corner_,
-                  cluster_, weight_, box_);
+                  levels, first_, order_, index_, vertex_, point_, spread_, corner_, cluster_,
+                  weight_, box_);
   for (int width = roots / 2; width > 0; width /= 2) {
     context_.launch(*program_, "refit", items(static_cast<std::size_t>(width), cpu_group), width,
                     cluster_, weight_, box_);
@@ -123,13 +131,22 @@ bool Hierarchy::link_levels() {
     return static_cast<int>(pool.bytes() / sizeof(int));
   };
   context_.zero(used_, used_.bytes());
-  const int run = gpu_ ? gpu_run : cpu_run, region = gpu_ ? gpu_region : cpu_region;
   for (int width = 1; width <= 1 << tree_.depth(); width *= 2) {
-    context_.launch(*program_, "link_level",
-                    items(static_cast<std::size_t>((width + run - 1) / run), 1), width, run, region,
-                    static_cast<int>(tree_.first_leaf()), o.opening, o.smooth, o.decay,
-                    o.least_decay, capacity(emitter_), capacity(near_), capacity(left_), cluster_,
-                    left_range_, left_, cluster_range_, emitter_, leaf_range_, near_, used_);
+    const auto level = [&](const char* kernel, const device::Range& range, auto... own) {
+      context_.launch(*program_, kernel, range, width, own..., static_cast<int>(tree_.first_leaf()),
+                      o.opening, o.smooth, o.decay, o.least_decay, capacity(emitter_),
+                      capacity(near_), capacity(left_), cluster_, left_range_, left_,
+                      cluster_range_, emitter_, leaf_range_, near_, used_);
+    };
+    if (gpu_) {
+      level("link_level_together", groups(width));
+    } else {
+      const auto receivers = static_cast<std::size_t>(width);
+      const std::size_t run = std::clamp<std::size_t>(
+          receivers / (items_a_core * context_.info().compute_units), 1, most_receivers);
+      level("link_level", items((receivers + run - 1) / run, 1), static_cast<int>(run),
+            places_a_receiver * static_cast<int>(run));
+    }
   }
   std::array<int, 5> used{};
   context_.read(used_, used.data(), sizeof(used));
@@ -139,8 +156,9 @@ bool Hierarchy::link_levels() {
     fits = false;
     grow(*pools[p]);
   }
-  links_ = static_cast<std::size_t>(used[3]);
-  near_pairs_ = static_cast<std::size_t>(used[4]);
+  // Lists of a GPU's form leave no places between them.
+  links_ = static_cast<std::size_t>(gpu_ ? used[0] : used[3]);
+  near_pairs_ = static_cast<std::size_t>(gpu_ ? used[1] : used[4]);
   return fits;
 }
 
@@ -229,12 +247,12 @@ void Hierarchy::renew(const TriangleMesh& mesh, std::span<const Profile> profile
 
 std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> irradiance) {
   check(irradiance.size() == tree_.triangles(), "one irradiance per triangle");
-  const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
-  const int levels = std::min(subtree_, depth), roots = 1 << (depth - levels);
+  const int depth = tree_.depth(), levels = std::min(subtree_, depth);
+  const int roots = 1 << (depth - levels);
   context_.write(irradiance_, irradiance.data(), irradiance.size_bytes());
   const device::Range subtrees = items(static_cast<std::size_t>(roots), 1);
-  context_.launch(*program_, "pull_subtrees", subtrees, roots, levels, triangles, depth, order_,
-                  irradiance_, point_, spread_, cluster_, power_, moments_);
+  context_.launch(*program_, "pull_subtrees", subtrees, roots, levels, first_, order_, irradiance_,
+                  point_, spread_, cluster_, power_, moments_);
   const auto of_level = [&](int width) {
     return items(static_cast<std::size_t>(width), cpu_group);
   };
@@ -242,13 +260,21 @@ std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> 
     context_.launch(*program_, "pull", of_level(width), width, cluster_, moments_);
   }
   for (int width = 1; width <= roots; width *= 2) {
-    context_.launch(*program_, "push", of_level(width), width, table_.smooth2, profile_table_,
+    context_.launch(*program_, gpu_ ? "push_together" : "push",
+                    gpu_ ? groups(width) : of_level(width), width, table_.smooth2, profile_table_,
                     cluster_range_, emitter_, cluster_, moments_, series_);
   }
-  context_.launch(*program_, "evaluate_subtrees", subtrees, roots, levels, triangles, depth,
-                  table_.smooth2, table_.smooth, triangle_share * options_.opening, table_.decay,
-                  profile_table_, cluster_range_, emitter_, leaf_range_, near_, order_, point_,
-                  spread_, corner_, cluster_, power_, moments_, series_, exitance_);
+  const float of_triangles = triangle_share * options_.opening;
+  if (gpu_) {
+    context_.launch(*program_, "evaluate_together", groups(roots), roots, table_.smooth2,
+                    table_.smooth, of_triangles, table_.decay, profile_table_, first_, leaf_range_,
+                    near_, order_, point_, spread_, corner_, cluster_, power_, series_, exitance_);
+  } else {
+    context_.launch(*program_, "evaluate_subtrees", subtrees, roots, levels, table_.smooth2,
+                    table_.smooth, of_triangles, table_.decay, profile_table_, first_,
+                    cluster_range_, emitter_, leaf_range_, near_, order_, point_, spread_, corner_,
+                    cluster_, power_, moments_, series_, exitance_);
+  }
   std::vector<Eigen::Array4f> result(irradiance.size());
   context_.read(exitance_, result.data(), result.size() * sizeof(Eigen::Array4f));
   return result;

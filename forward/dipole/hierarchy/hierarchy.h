@@ -26,6 +26,9 @@
 
 namespace kappamu::forward::dipole {
 
+/// Of a GPU: work-items that share one receiver's lists.
+inline constexpr std::size_t items_together = 32;
+
 struct HierarchyOptions {
   float opening = 0.68F;  ///< of the oracle: error falls with about its third power
   float slack = 1.2F;     ///< kept links may exceed the opening by this factor
@@ -71,6 +74,8 @@ class Hierarchy {
   void upload_links();
   /// `on_cpu`: work-items that a processor's core walks at once.
   device::Range items(std::size_t count, std::size_t on_cpu) const;
+  /// Of a GPU: a work-group for each receiver.
+  static device::Range groups(int receivers);
 
   device::Context& context_;
   HierarchyOptions options_;
@@ -84,7 +89,7 @@ class Hierarchy {
   bool gpu_ = false;
   int subtree_ = 0;  ///< levels below the root of a subtree that one work-item takes
   device::Program* program_ = nullptr;
-  device::Buffer order_, index_, vertex_, cluster_, weight_, box_;
+  device::Buffer first_, order_, index_, vertex_, cluster_, weight_, box_;
   device::Buffer point_, spread_, corner_, profile_table_;
   device::Buffer cluster_range_, emitter_, leaf_range_, near_, left_range_, left_, used_;
   device::Buffer irradiance_, power_, moments_, series_, exitance_;

@@ -1,7 +1,7 @@
 // Links (links.h), level by level from the root down. A work-item takes some receivers one after the
 // other. Each meets the emitters that its parent has left, and opens those that are larger; what it
 // leaves its children meet. What a leaf leaves are the leaves near it. Lists lie in pools of links
-// (x) and of what is left (y), in regions that items take.
+// (x) and of what is left (y), in regions that items take. A GPU's form is in together.cl.
 #ifndef MOST_LEVELS
 #define MOST_LEVELS 30
 #endif

@@ -64,7 +64,7 @@ void refit_children(const int k, global float4* restrict cluster, global float2*
 }
 
 // Triangles and clusters of subtrees, whose roots are the clusters [count - 1, 2 count - 1).
-kernel void refit_subtrees(const int count, const int levels, const int triangles, const int depth,
+kernel void refit_subtrees(const int count, const int levels, global const int* restrict first,
                            global const int* restrict order, global const int* restrict index,
                            global const float* restrict vertex, global float4* restrict point,
                            global float4* restrict spread, global float4* restrict corner,
@@ -73,8 +73,7 @@ kernel void refit_subtrees(const int count, const int levels, const int triangle
   const int i = (int)get_global_id(0);
   if (i >= count) return;
   for (int leaf = i << levels; leaf < (i + 1) << levels; ++leaf) {
-    const int begin = (int)(((long)triangles * leaf) >> depth);
-    const int end = (int)(((long)triangles * (leaf + 1)) >> depth);
+    const int begin = first[leaf], end = first[leaf + 1];
     extent a;
     for (int p = begin; p < end; ++p) {
       const float trace = refit_triangle(p, order[p], index, vertex, point, spread, corner);

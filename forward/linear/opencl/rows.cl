@@ -75,7 +75,10 @@ kernel void solve_directly(const int rows, global const own* restrict inverse,
                            global const vec* restrict r, global vec* restrict x) {
   ITEM(rows)
   vec sum = (vec)(0);
-  for (int k = 0; k < rows; ++k) sum += inverse[(size_t)i * rows + k] * r[k];
+  // The inverse is symmetric: a GPU's neighbouring items read neighbouring numbers.
+  for (int k = 0; k < rows; ++k) {
+    sum += inverse[SLICE > 1 ? (size_t)k * rows + i : (size_t)i * rows + k] * r[k];
+  }
   x[i] = sum;
 }
 

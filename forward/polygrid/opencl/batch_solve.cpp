@@ -25,6 +25,11 @@ constexpr std::size_t most_beyond = 16;
 
 constexpr std::size_t most_fresh = 1 << 16;  ///< rows written at once
 
+/// Stretches of rows, each a work-item's. A GPU of 132 multiprocessors starves on a tenth of these,
+/// each with ten times the rows; the sums of more of them would take one work-group too long to
+/// add.
+constexpr std::size_t gpu_runs = 32768, cpu_runs = 64;
+
 std::string number_types(const linear::Numbers& numbers) {
   return std::string("-DREAL=") + (numbers.precision == Precision::single ? "float" : "double") +
          " -DSUM=" + (numbers.double_sums ? "double" : "float");
@@ -36,7 +41,7 @@ BatchSolve::BatchSolve(device::Context& context, const linear::Numbers& numbers,
                        const linear::Lanes& of, const DevicePattern& matrix,
                        const std::vector<DeviceLevel>& levels, Lights lights)
     : DeviceLanes(context, numbers, of, static_cast<std::size_t>(matrix.rows),
-                  numbers.interleaved ? 4096 : 64, false, FormerAnswers::most + 1),
+                  numbers.interleaved ? gpu_runs : cpu_runs, false, FormerAnswers::most + 1),
       matrix_(matrix),
       levels_(levels),
       program_(program(polygrid_cl, number_types(numbers))) {

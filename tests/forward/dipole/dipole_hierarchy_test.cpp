@@ -70,6 +70,20 @@ TEST(Hierarchy, NoTriangleHasTheExitanceOfTheOtherSide) {
   }
 }
 
+// The last cut is where the sides part; at the median the largest were 7 and 19 times the mean.
+TEST(Hierarchy, TheLastCutLeavesNoLeafOfTwoSides) {
+  for (const auto& [name, tessellation] :
+       {std::pair{"slab", 24}, std::pair{"cube", 33}, std::pair{"torus", 60}}) {
+    const ClusterTree tree(make_shape(name, 25.0, tessellation));
+    float mean = 0.0F, largest = 0.0F;
+    for (std::size_t k = tree.first_leaf(); k < tree.clusters(); ++k) {
+      mean += tree.cluster()[k][3] / static_cast<float>(tree.clusters() - tree.first_leaf());
+      largest = std::max(largest, tree.cluster()[k][3]);
+    }
+    EXPECT_LT(largest, 5.0F * mean) << name;
+  }
+}
+
 TEST(Hierarchy, ErrorFallsWithTheThirdPowerOfTheOpening) {
   const TriangleMesh mesh = make_shape("torus", 25.0, 60);
   const std::vector<Profile> profiles = marble();

@@ -203,6 +203,31 @@ TEST_P(PolygridOpenclForm, EndsWithinItsTolerance) {
   }
 }
 
+// Of more rows than a GPU's form has work-items: an item's rows lie far apart.
+TEST(PolygridOpencl, BothFormsFindTheSameWhereAnItemHasSeveralRows) {
+  const System system(box_polygrid({33, 33, 33}, {5, 5, 5}), 3);
+  ASSERT_GT(system.equations.unknowns(), 32768U);
+  std::vector<std::vector<Vector>> found;
+  for (const device::Kind form : {device::Kind::cpu, device::Kind::gpu}) {
+    const auto solver = make_opencl_solver(system.equations, system.hierarchy, context(),
+                                           Precision::single, Lights::moving, form);
+    solver->set_media(system.media);
+    std::vector<Vector> x;
+    for (const unsigned seed : {1U, 2U}) {
+      EXPECT_TRUE(solver
+                      ->solve({system.load(0, seed), system.load(1, seed), system.load(2, seed)}, x,
+                              1e-4, 100)
+                      .converged);
+    }
+    found.push_back(x);
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    Vector difference = found[0][c];
+    for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= found[1][c][i];
+    EXPECT_LT(energy_norm(system, difference), 1e-3 * energy_norm(system, found[0][c])) << c;
+  }
+}
+
 // Iterations hardly grow with the number of cells.
 TEST(PolygridMultigrid, TakesFewIterationsOnEveryResolution) {
   for (const auto& [n, most] : {std::pair{8, 24}, {16, 26}, {32, 30}}) {

@@ -18,6 +18,20 @@ TEST_F(DipoleBench, HierarchyIsTimedAndItsErrorMeasured) {
             0.1 * row.at("links_per_triangle").get<double>() * row.at("triangles").get<double>());
 }
 
+TEST_F(DipoleBench, ALargeTriangleMeetsAllOthersAndAGroupSharesItsList) {
+  for (const Json& row : quick_record("dipole", "lists").at("rows")) {
+    const auto longest = row.at("longest").get<double>();
+    EXPECT_LE(row.at("shared, longest"), row.at("longest")) << row;
+    if (row.at("steps") != "near leaves, by triangles") continue;
+    if (row.at("mesh") == "torus on a plate") {
+      EXPECT_GT(longest, 500.0);
+      EXPECT_LT(row.at("shared, longest").get<double>(), 0.1 * longest);
+    } else {
+      EXPECT_LT(longest, 200.0);
+    }
+  }
+}
+
 TEST_F(DipoleBench, FormFactorsOfNearTrianglesAreExactWherePointsAreNot) {
   const Json row = quick_record("dipole", "point-sampling").at("rows").at(1);
   EXPECT_GT(row.at("points a pair"), 2.0);
