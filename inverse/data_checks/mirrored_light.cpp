@@ -15,9 +15,11 @@ namespace {
 // Pictures of a right and of a mirrored session correlate at 0.99 and −0.99; those of one mirrored
 // in part, or of a few patterns in the wrong order, lie between.
 constexpr double mirrored_correlation = -0.6;
-constexpr int least_patterns = 4;      // beside the middle of all
-constexpr double least_spread = 0.02;  // of the face's width, standard deviation of the light
-constexpr double least_common = 0.5;   // of the seen face, used under every pattern
+constexpr int least_patterns = 4;  // beside the middle of all
+// Of the face's width. Light of less moves by what it meets, not by where it falls: sinusoids of
+// two periods and more.
+constexpr double least_move = 0.1;
+constexpr double least_common = 0.5;  // of the seen face, used under every pattern
 
 using Centroid = std::array<double, 2>;  // along u, v [cells]
 
@@ -86,7 +88,7 @@ std::optional<std::string> mirrored_light(const SurfaceMeasurements& measured, i
       in_in += in * in;
       out_out += out * out;
       in_out += in * out;
-      elsewhere += std::abs(in) > least_spread * width ? 1 : 0;
+      elsewhere += std::abs(in) > least_move * width ? 1 : 0;
     }
     if (elsewhere < least_patterns) continue;
     const double correlation = in_out / std::sqrt(in_in * out_out);

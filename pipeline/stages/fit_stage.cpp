@@ -152,7 +152,10 @@ ChannelFit FitStage::keep(int channel, inverse::ValidatedFit fitted) {
   }
   rejoined_.push_back(fitted.validated.has_value());
   const SurfaceMeasurements& seen = seen_by(rejoined_.size() - 1);
-  const std::vector<int> kept_out = rejoined_.back() ? std::vector<int>() : choice_.patterns;
+  std::vector<int> kept_out;
+  if (!rejoined_.back() && choice_.source == ValidationChoice::Source::fitted_input) {
+    kept_out = choice_.patterns;
+  }
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
                               inverse::outlier_warning(result, seen, channel, kept_out)}) {
     if (warning) warn(result, name, *warning);
