@@ -308,7 +308,7 @@ TEST_F(CliFailures, FullDisk) {
 TEST_F(CliFailures, ResultsThatCannotBePrintedAreNoSuccess) {
   for (const char* command : {"doctor --json", "--help", "plan --help"}) {
     expect_one_sentence(run_process(std::string(KAPPAMU_PROGRAM " ") + command + " > /dev/full"),
-                        "cannot write to standard output: No space left on device");
+                        "cannot write to standard output");
   }
 }
 
