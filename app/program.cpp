@@ -4,10 +4,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <set>
@@ -106,6 +108,18 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, std::span<ch
   return asked ? 0 : 2;
 }
 
+/// `code`, or 1 and a sentence where standard output did not take all that was printed: a script
+/// would read an empty result of a command that succeeded.
+int after_printing(int code) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  std::fprintf(stderr,
+               "kappamu: cannot write to standard output%s%s; what the command wrote into files is "
+               "complete, free space or print elsewhere\n",
+               errno == 0 ? "" : ": ", errno == 0 ? "" : std::strerror(errno));
+  return 1;
+}
+
 /// An exception that a thread of ours or of a library could not pass on: the same sentence, and
 /// nothing is cleaned up. What was written stays as after a kill.
 [[noreturn]] void end_of_thread() {
@@ -176,9 +190,9 @@ int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   refuse_non_finite(app);
   try {
     app.parse(argc, argv);
-    return globals.exit_code;
+    return after_printing(globals.exit_code);
   } catch (const CLI::ParseError& error) {
-    return report_usage(app, error, {argv, static_cast<std::size_t>(argc)});
+    return after_printing(report_usage(app, error, {argv, static_cast<std::size_t>(argc)}));
   } catch (const std::exception& error) {
     report_failure(error);
   }

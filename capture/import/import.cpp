@@ -1,16 +1,20 @@
 #include "capture/import/import.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <regex>
 
+#include "capture/import/code_depth.h"
 #include "capture/import/import_photographs.h"
 #include "capture/radiance/merge.h"
 #include "capture/response/radiometry.h"
 #include "capture/session/frames.h"
 #include "capture/session/session_files.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "io/atomic_file.h"
+#include "io/read_file.h"
 
 namespace kappamu::capture {
 namespace {
@@ -41,8 +45,7 @@ void copy_into(const fs::path& folder, const std::string& file, const fs::path& 
             "another session folder",
         {{"out"}});
   }
-  io::write_atomically(target,
-                       [&](const fs::path& temporary) { fs::copy_file(source, temporary); });
+  io::write_bytes_atomically(target, io::read_bytes(source));
 }
 
 // Photographs by shot, taken out as their place in the session is found.
@@ -221,12 +224,48 @@ void find_targets(Shots& shots, Session& session, Progress& progress) {
   }
 }
 
+bool has_exposure(const Stack& stack, double exposure_s) {
+  constexpr double equal_times = 0.02;  // cameras round what they write
+  return std::any_of(stack.begin(), stack.end(), [&](const Frame& frame) {
+    return std::abs(frame.exposure_s - exposure_s) <= equal_times * exposure_s;
+  });
+}
+
+// A stack without an exposure that most have is merged all the same, with more noise or saturated
+// pixels, and nothing later shows why.
+void warn_of_missing_exposures(const std::vector<Pattern>& patterns, Progress& progress) {
+  Stack looked_at;
+  for (const Pattern& pattern : patterns) {
+    for (const Frame& frame : pattern.frames) {
+      if (has_exposure(looked_at, frame.exposure_s)) continue;
+      looked_at.push_back(frame);
+      std::string first;
+      std::size_t lacking = 0;
+      for (const Pattern& other : patterns) {
+        if (has_exposure(other.frames, frame.exposure_s)) continue;
+        if (lacking++ == 0) first = other.id;
+      }
+      if (lacking == 0 || 2 * lacking >= patterns.size()) continue;
+      progress.warn("pattern " + first + " has no photograph of " +
+                    shown_number(frame.exposure_s, "%.4g s") + ", which most patterns have" +
+                    (lacking == 1 ? "" : ", nor have " + std::to_string(lacking - 1) + " others") +
+                    ": add it, or expect more noise there.");
+    }
+  }
+}
+
 // A longer exposure of a stack shows less or more than its time says: mislabelled, or the shutter
 // did not do what it was asked.
 void check_brightness(const Session& session, Progress& progress) {
   const Radiometry radiometry = find_radiometry(session, progress);
   const auto check = [&](const Stack& stack, const std::string& label) {
     for (const Fault& fault : find_stack_faults(session, stack, radiometry)) {
+      if (fault.kind == Fault::Kind::blank) {
+        throw InputError((session.folder / stack[fault.frame].file).string() + ": " +
+                         fault.sentence + " (" + label +
+                         "); photograph it again, or take it out of the photographs' folder and "
+                         "the table.");
+      }
       if (fault.kind != Fault::Kind::mislabelled) continue;
       throw InputError((session.folder / stack[fault.frame].file).string() + ": " + fault.sentence +
                            " (" + label +
@@ -271,12 +310,14 @@ Session import_session(const ImportOptions& options, Progress& progress) {
     session.channels = {"Y"};
     progress.warn("the photographs are grey: the session has one channel, Y.");
   }
+  settle_depth(photographs, options.plan, session.camera, progress);
   settle_orientation(photographs, options.orientation, session.camera, progress);
 
   Shots shots(std::move(photographs), options);
   for (Pattern& pattern : session.patterns) {
     pattern.frames = shots.need(pattern.id, "pattern " + pattern.id);
   }
+  warn_of_missing_exposures(session.patterns, progress);
   Calibration& calibration = session.calibration;
   calibration.camera_boards = shots.need("board", "the printed board");
   find_planes(plan, shots, session);

@@ -221,4 +221,20 @@ std::optional<FramePair> compare_pair(
                    std::max(fitted.covariance(1, 1), fitted.covariance(2, 2))};
 }
 
+bool is_blank(const Blocks& frame, const Blocks& lit, const NoiseModel& noise) {
+  constexpr double far_above_dark = 20.0;  // deviations of a dark pixel
+  constexpr double black_share = 0.1;      // of the light promised; and no more than the former
+  const double least = far_above_dark * std::sqrt(noise.variance(0.0F));
+  const double longer = frame.exposure_s / lit.exposure_s;
+  std::size_t blocks = 0, black = 0;
+  for (std::size_t i = 0; i < frame.signal.size(); ++i) {
+    const double promised = lit.signal[i] * longer;
+    const bool compared = lit.signal[i] > least && promised > least;
+    if (!compared || !std::isfinite(frame.signal[i])) continue;
+    ++blocks;
+    black += frame.signal[i] < std::min(least, black_share * promised) ? 1 : 0;
+  }
+  return blocks >= least_blocks && 10 * black >= 9 * blocks;
+}
+
 }  // namespace kappamu::capture

@@ -47,4 +47,8 @@ std::optional<FramePair> compare_pair(
     const Blocks& shorter, const std::function<Blocks(const Eigen::Vector2i&)>& longer_at,
     const NoiseModel& noise);
 
+/// Whether `frame` is black where `lit`, of the same scene, promises light far above its noise:
+/// less than a tenth of that light in nine of ten blocks, of 30 at least.
+bool is_blank(const Blocks& frame, const Blocks& lit, const NoiseModel& noise);
+
 }  // namespace kappamu::capture

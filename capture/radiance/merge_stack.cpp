@@ -19,8 +19,10 @@
 namespace kappamu::capture {
 namespace {
 
+/// Of the picture, not of its light: such frames can be left out.
 bool is_motion(const Fault& fault) {
-  return fault.kind == Fault::Kind::moved || fault.kind == Fault::Kind::changed;
+  return fault.kind == Fault::Kind::moved || fault.kind == Fault::Kind::changed ||
+         fault.kind == Fault::Kind::blank;
 }
 
 struct Advice {
@@ -29,6 +31,9 @@ struct Advice {
 };
 
 Advice advice(const Fault& fault) {
+  if (fault.kind == Fault::Kind::blank) {
+    return {"photograph it again, or leave the frame out", {{"on_motion", "correct"}}};
+  }
   if (is_motion(fault)) {
     return {
         "photograph the stack again, leave the frame out, or, where camera and sample need not "

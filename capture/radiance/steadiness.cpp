@@ -121,7 +121,8 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
   std::vector<std::size_t> compared;
   std::vector<double> times(frames.size());
   for (std::size_t j = 0; j < frames.size(); ++j) {
-    if (!states[j] || std::hypot(states[j]->shift_px[0], states[j]->shift_px[1]) > shifted_px)
+    if (!states[j] || states[j]->blank ||
+        std::hypot(states[j]->shift_px[0], states[j]->shift_px[1]) > shifted_px)
       continue;
     compared.push_back(j);
     times[j] = frames[j].exposure_s * std::exp(states[j]->log_gain);
@@ -205,11 +206,15 @@ Steadiness compare_stack(std::span<const Exposed<Value>> stack, const Radiometry
       return offset.isZero() ? blocks[order[i]]
                              : block_means(stack[order[i]], reader, channel, offset);
     };
-    const std::optional<FramePair> pair = compare_pair(blocks[order[i - 1]], longer_at, noise);
+    const Blocks& shorter = blocks[chain.back()];
+    const std::optional<FramePair> pair = compare_pair(shorter, longer_at, noise);
     if (pair) {
       steps.push_back(*pair);
       chain.push_back(order[i]);
+    } else if (is_blank(blocks[order[i]], shorter, noise)) {
+      states[order[i]].emplace().blank = true;  // and the next is compared with the one before
     } else {
+      if (is_blank(shorter, blocks[order[i]], noise)) states[chain.back()].emplace().blank = true;
       finish();
       chain = {order[i]};
     }

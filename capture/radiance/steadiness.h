@@ -21,10 +21,11 @@ struct FrameState {
   std::array<double, 2> shift_px{};  ///< of the picture relative to the stack's middle [px]
   double shift_sigma_px = 0.0;       ///< standard deviation along the worse axis
   double changed_share = 0.0;        ///< of the compared blocks that fit no gain and shift
+  bool blank = false;  ///< black where its neighbour promises light; nothing else is known of it
 };
 
 /// [frame], in the stack's order. Nothing where a frame shares no light with its neighbours in
-/// exposure time: all dark, all saturated, or a lone frame.
+/// exposure time and none is to be expected: all dark, all saturated, or a lone frame.
 using Steadiness = std::vector<std::optional<FrameState>>;
 
 /// Compares neighbours in exposure time over blocks of 4 x 4 pixels of the middle channel:
@@ -40,6 +41,7 @@ struct Fault {
     flicker,  ///< brighter or darker than the rest
     drift,    ///< the whole stack grows brighter or darker in its order; reported of the last frame
     mislabelled,  ///< so much brighter or darker that its exposure time must be wrong
+    blank,        ///< black: lens covered, projector off, shutter closed
     moved,        ///< picture shifted
     changed       ///< parts of the picture differ: something passed
   };

@@ -36,7 +36,7 @@ bool beyond(double value, double sigma, double tolerance) {
 std::vector<std::size_t> known_frames(const Steadiness& steadiness) {
   std::vector<std::size_t> known;
   for (std::size_t i = 0; i < steadiness.size(); ++i) {
-    if (steadiness[i]) known.push_back(i);
+    if (steadiness[i] && !steadiness[i]->blank) known.push_back(i);
   }
   return known;
 }
@@ -136,6 +136,12 @@ std::vector<Fault> find_faults(const Steadiness& steadiness, std::span<const dou
       faults.push_back(std::move(*fault));
     }
   }
+  for (std::size_t i = 0; i < steadiness.size(); ++i) {
+    if (!steadiness[i] || !steadiness[i]->blank) continue;
+    faults.push_back({Fault::Kind::blank, i,
+                      "it is black where the other frames of its stack show light: the lens was "
+                      "covered, the projector off or the shutter closed"});
+  }
   const std::optional<double> drift = drift_of(steadiness, known);
   if (!lights.empty() && drift) {
     lights = {{Fault::Kind::drift, known.back(),
@@ -152,14 +158,15 @@ std::vector<double> steady_exposures(const Steadiness& steadiness,
   double sum = 0.0;
   double count = 0.0;
   for (const std::optional<FrameState>& state : steadiness) {
-    if (!state || std::abs(state->log_gain) > unremarkable) continue;
+    if (!state || state->blank || std::abs(state->log_gain) > unremarkable) continue;
     sum += state->log_gain;
     count += 1.0;
   }
   const double kept = count > 0.0 ? sum / count : 0.0;
   std::vector<double> corrected(exposures_s.begin(), exposures_s.end());
   for (std::size_t i = 0; i < corrected.size(); ++i) {
-    if (steadiness[i]) corrected[i] *= std::exp(steadiness[i]->log_gain - kept);
+    if (steadiness[i] && !steadiness[i]->blank)
+      corrected[i] *= std::exp(steadiness[i]->log_gain - kept);
   }
   return corrected;
 }

@@ -251,7 +251,8 @@ RecoveredResponse recover_response(const std::vector<ResponseSample>& samples, i
         name + ": the exposure stacks do not hold enough to recover the camera's response (" +
         std::to_string(report.samples) +
         " blocks seen well in two exposures, over less than a quarter of the code range); " +
-        "add exposure times, or set camera.encoding to 'linear' if the frames are.");
+        "add exposure times, or, if the frames are linear, state that (camera.encoding of a "
+        "session, the option linear of a folder of photographs).");
   }
 
   for (int round = 0; round < plain_rounds + huber_rounds + tukey_rounds; ++round) {

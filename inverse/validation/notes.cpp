@@ -69,31 +69,48 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
 }
 
 std::optional<std::string> outlier_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                           int channel) {
+                                           int channel, std::span<const int> kept_out) {
   if (fit.report.chi2_per_value < high_chi2) return std::nullopt;
   const std::size_t first = static_cast<std::size_t>(channel) * fit.prediction.size();
-  std::vector<double> deviation;  // in stated standard deviations
+  const std::size_t of_pattern = fit.prediction.size() / static_cast<std::size_t>(fitted.patterns);
+  std::vector<double> deviation;        // in stated standard deviations
+  std::vector<std::size_t> pattern_of;  // each
   for (std::size_t i = 0; i < fit.prediction.size(); ++i) {
     if (!fitted.mask.empty() && fitted.mask[first + i] == 0) continue;
     const double misfit = fitted.value[first + i] - fit.prediction[i];
     deviation.push_back(std::abs(misfit) / std::sqrt(fitted.variance[first + i]));
+    pattern_of.push_back(i / of_pattern);
   }
   constexpr double median_of_normal = 0.6745;
   const double bound = far * upper_median(deviation) / median_of_normal;
   double all = 0.0, outliers = 0.0;
   std::size_t count = 0;
-  for (const double e : deviation) {
+  std::vector<double> by_pattern(static_cast<std::size_t>(fitted.patterns));
+  for (std::size_t i = 0; i < deviation.size(); ++i) {
+    const double e = deviation[i];
     all += e * e;
     if (e <= bound) continue;
     outliers += e * e;
+    by_pattern[pattern_of[i]] += e * e;
     ++count;
   }
   const double share = static_cast<double>(count) / static_cast<double>(deviation.size());
   if (outliers < 0.5 * all || share > few) return std::nullopt;
-  return formatted(
-      "%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit: "
-      "mask them, or fit with the loss student, which is robust to outliers.",
-      100.0 * share, 100.0 * outliers / all);
+  const std::string size =
+      formatted("%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit",
+                100.0 * share, 100.0 * outliers / all);
+  const auto worst = std::max_element(by_pattern.begin(), by_pattern.end());
+  constexpr double most = 0.7;
+  if (fitted.patterns > 1 && *worst >= most * outliers) {
+    auto number = static_cast<int>(worst - by_pattern.begin());
+    for (const int out : kept_out) number += out <= number ? 1 : 0;
+    return size +
+           formatted(
+               ", most of them under pattern %d (from 0): look at its photographs, their exposure "
+               "times and what was projected, then photograph it again or leave it out.",
+               number);
+  }
+  return size + ": mask them, or fit with the loss student, which is robust to outliers.";
 }
 
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,

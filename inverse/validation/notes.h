@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,9 +17,10 @@ namespace kappamu::inverse {
 std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                           int channel);
 
-/// A warning if a few values far from the fit make most of its χ².
+/// A warning if a few values far from the fit make most of its χ², with the pattern that has most
+/// of them, if one has, counted as before the patterns `kept_out` (rising) were taken away.
 std::optional<std::string> outlier_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                           int channel);
+                                           int channel, std::span<const int> kept_out = {});
 
 /// Nothing of this is wrong: why diffusion or transport was taken, what the check of scale and pose
 /// found and would have reported, voxels far below the mean free path, and a misfit of the

@@ -125,7 +125,7 @@ struct Description {
   std::string channel;                          ///< "R", "G" or "B" of colour pictures; else empty
   std::optional<std::array<int, 4>> crop_px;    ///< x, y, width, height of what is read
   std::optional<std::array<int, 4>> region_px;  ///< within the crop: summed up by itself
-  std::optional<double> largest_code;           ///< codes from here on are saturated
+  std::optional<double> largest_code;  ///< codes from here on are saturated; none: as pictures show
   std::optional<double> codes_per_reflectance;  ///< absolute scale, without a phantom
   Medium medium;
   std::optional<Reference> reference;

@@ -300,9 +300,14 @@ void add_map_warnings(const WavelengthMap& map, double pixel_mm,
   const auto total = static_cast<double>(map.verdict.size());
   if (counts[static_cast<std::size_t>(LateralVerdict::good)] == 0) {
     const auto most = std::max_element(counts.begin(), counts.end()) - counts.begin();
+    std::size_t saturated = 0;
+    for (const auto& check : map.checks) saturated = std::max(saturated, check.saturated);
     throw InputError(at + "no pixel has coefficients (most: " +
                      inverse::lateral_verdict_names[static_cast<std::size_t>(most)].first +
-                     "); check the phantom, the scale and per_mm in " + file_name);
+                     "); check the phantom, the scale and per_mm in " + file_name +
+                     (saturated > 0 ? ", and the exposure: " + std::to_string(saturated) +
+                                          " pixels are saturated"
+                                    : ""));
   }
   const std::size_t none = counts[static_cast<std::size_t>(LateralVerdict::no_medium)];
   if (static_cast<double>(none) > 0.001 * total) {

@@ -39,6 +39,20 @@ Image<float> read_channel(const Description& d, const std::string& name, Picture
   return picture;
 }
 
+/// Codes from here on are saturated: as stated, or the largest that 8 to 16 bits hold where more
+/// values have exactly that than noise would leave there.
+std::optional<double> saturation_of(const Description& d, const Image<float>& picture) {
+  if (d.largest_code) return d.largest_code;
+  const auto& values = picture.values();
+  const float largest = *std::max_element(values.begin(), values.end());
+  constexpr std::ptrdiff_t least_values = 30;
+  for (int bits = 8; bits <= 16; ++bits) {
+    if (largest != static_cast<float>((1 << bits) - 1)) continue;
+    if (std::count(values.begin(), values.end(), largest) >= least_values) return largest;
+  }
+  return std::nullopt;
+}
+
 /// Each `repeats` pictures in a row as their mean.
 void average(std::vector<Image<float>>& pictures, std::size_t repeats) {
   if (repeats < 2) return;
@@ -65,6 +79,7 @@ DemodulatedSet demodulate(const Description& description, const Pictures& pictur
   Image<std::uint8_t> mask;
   std::optional<Image<float>> dark;
   if (pictures.dark) dark = read_channel(description, *pictures.dark, reader);
+  const bool taken = pictures.content == Content::light;
   DemodulatedSet result;
   for (const std::string& name : files) {
     Image<float> picture = read_channel(description, name, reader);
@@ -75,10 +90,11 @@ DemodulatedSet demodulate(const Description& description, const Pictures& pictur
       throw InputError((description.folder / name).string() +
                        ": has another size than the pictures it belongs to");
     }
+    const std::optional<double> saturated_from =
+        taken ? saturation_of(description, picture) : description.largest_code;
     for (std::size_t i = 0; i < picture.size(); ++i) {
       float& value = picture.values()[i];
-      if (!std::isfinite(value) ||
-          (description.largest_code && value >= *description.largest_code)) {
+      if (!std::isfinite(value) || (saturated_from && value >= *saturated_from)) {
         result.saturated += mask.values()[i];
         mask.values()[i] = 0;
         value = 0.0F;
@@ -88,7 +104,7 @@ DemodulatedSet demodulate(const Description& description, const Pictures& pictur
     }
     read.push_back(std::move(picture));
   }
-  const bool even_light = pictures.per_mm == 0.0, taken = pictures.content == Content::light;
+  const bool even_light = pictures.per_mm == 0.0;
   average(read, even_light ? read.size() : static_cast<std::size_t>(pictures.repeats.value_or(1)));
   const std::string where = (description.folder / files.front()).string() + ": ";
   const double sigma = description.smoothing_mm.value_or(usual_smoothing_mm) / description.pixel_mm;

@@ -6,11 +6,13 @@
 #include <utility>
 
 #include "calib/calibration_file.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "core/surface_measurements.h"
 #include "core/threads/side_by_side.h"
+#include "inverse/data_checks/mirrored_light.h"
 #include "inverse/fit/fit_memory.h"
 #include "inverse/fit/fit_run.h"
 #include "inverse/fit/fit_uncertainty.h"
@@ -39,6 +41,14 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using inverse::ChannelFit;
+
+/// Data that no block explains may drive voxels beyond the coefficients that volumes may hold. The
+/// fit's warnings tell of such data; its files are read by every later stage.
+void keep_readable(Medium& medium) {
+  constexpr double least = 1.000001 * least_kappa;  // as a float, too, it is no less
+  for (double& kappa : medium.kappa.values()) kappa = std::clamp(kappa, least, most_coefficient);
+  for (double& mu : medium.mu.values()) mu = std::min(mu, most_coefficient);
+}
 
 /// Every channel's fit, side by side where memory allows, then every channel's deviations: the
 /// whole of run_fit_stage but finding the folders.
@@ -131,6 +141,8 @@ inverse::ValidatedFit FitStage::fit(int channel, Progress& progress) const {
 ChannelFit FitStage::keep(int channel, inverse::ValidatedFit fitted) {
   const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
   ChannelFit& result = fitted.fit;
+  keep_readable(result.medium);
+  if (fitted.validated) keep_readable(*fitted.validated);
   if (fitted.validated) {
     fs::create_directories(output_ / validated_folder);
     io::write_npy_volume(output_ / validated_folder / ("kappa_" + name + ".npy"),
@@ -140,8 +152,12 @@ ChannelFit FitStage::keep(int channel, inverse::ValidatedFit fitted) {
   }
   rejoined_.push_back(fitted.validated.has_value());
   const SurfaceMeasurements& seen = seen_by(rejoined_.size() - 1);
+  std::vector<int> kept_out;
+  if (!rejoined_.back() && choice_.source == ValidationChoice::Source::fitted_input) {
+    kept_out = choice_.patterns;
+  }
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
-                              inverse::outlier_warning(result, seen, channel)}) {
+                              inverse::outlier_warning(result, seen, channel, kept_out)}) {
     if (warning) warn(result, name, *warning);
   }
   summary_.notes.push_back(inverse::notes_on(result, seen, fitted.score));
@@ -285,6 +301,9 @@ FitSummary FitStage::run() {
   summary_.memory_needed = memory.total();
   progress_.update("fit", 0.0, inverse::in_words(memory));
   if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
+  // Told before the fit, which may take hours.
+  const auto mirrored = inverse::mirrored_light(measurements_, channels.front());
+  if (mirrored) progress_.warn(*mirrored);
   std::vector<std::string> names;
   for (const int c : channels) names.push_back(measurements_.channels[static_cast<std::size_t>(c)]);
   std::vector<inverse::ValidatedFit> fitted(channels.size());
@@ -294,6 +313,8 @@ FitSummary FitStage::run() {
   for (std::size_t c = 0; c < channels.size(); ++c) {
     fits.push_back(keep(channels[c], std::move(fitted[c])));
   }
+  if (mirrored)
+    fits.front().report.warnings.insert(fits.front().report.warnings.begin(), *mirrored);
   std::vector<inverse::Consistency> consistency;
   for (const ChannelFit& fit : fits) consistency.push_back(fit.report.consistency);
   const std::vector<ShiftFindings> shifts = check_shift(consistency, calibration_, measurements_);

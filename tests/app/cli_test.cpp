@@ -304,6 +304,14 @@ TEST_F(CliFailures, FullDisk) {
   EXPECT_FALSE(fs::exists(folder() / "out" / "exitance_z+.npy"));
 }
 
+// /dev/full takes no byte, as a full disk behind a redirection.
+TEST_F(CliFailures, ResultsThatCannotBePrintedAreNoSuccess) {
+  for (const char* command : {"doctor --json", "--help", "plan --help"}) {
+    expect_one_sentence(run_process(std::string(KAPPAMU_PROGRAM " ") + command + " > /dev/full"),
+                        "cannot write to standard output");
+  }
+}
+
 // The fewest views that calibrate: as many are shot as asked for, and they do.
 TEST_F(CliFailures, SimulateShootsTheViewsAskedFor) {
   const std::string simulate =

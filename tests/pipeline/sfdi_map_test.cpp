@@ -252,6 +252,25 @@ TEST(SfdiMap, SaturatedPixelsAreLeftOutAndCounted) {
   EXPECT_NE(all.find("saturated pixels are left out"), std::string::npos) << all;
 }
 
+// Clipped at the top of eight bits, with nothing stated: crests that are cut off must not pass for
+// light, nor for a projector that is not linear.
+TEST(SfdiMap, CodesClippedAtTheTopOfTheirBitsAreSaturated) {
+  const OwnFolder folder;
+  write_pictures(folder, 0.0, 1);
+  for (const char* name : {"t0", "t120", "t240"}) {
+    io::NpyArray picture = io::read_npy(folder / (std::string(name) + ".npy"));
+    for (float& value : picture.values) value = std::min(value, 255.0F);
+    io::write_npy(folder / (std::string(name) + ".npy"), {side, side},
+                  std::span<const float>(picture.values));
+  }
+  const Maps maps = map(folder, three_phases);
+  EXPECT_GT(maps.wavelengths.front().checks.front().saturated, 100U);
+  std::string all;
+  for (const std::string& warning : maps.warnings) all += warning;
+  EXPECT_NE(all.find("saturated pixels are left out"), std::string::npos) << all;
+  EXPECT_EQ(all.find("not linear"), std::string::npos) << all;
+}
+
 TEST(SfdiMap, WhereNeighboursMatterItNamesTheFitThatTakesThemIntoAccount) {
   const OwnFolder folder;
   write_pictures(folder, 0.0, 1);

@@ -311,6 +311,57 @@ TEST_F(Import, ProjectorLevelsAndRoomLightAreSortedByTheirNumbers) {
   EXPECT_EQ(read.ambient[0][0].file, "photographs/day_1/ambient_00_0.png");
 }
 
+// Converters store 12-bit codes moved to the top of 16 bits, or scaled onto them; a plan says 12.
+TEST_F(Import, DepthIsThatOfThePhotographs) {
+  for (const auto& entry : fs::directory_iterator(photographs / "day_1")) {
+    const std::string png = entry.path().string();
+    Image<std::uint16_t> codes = io::read_code_image(png);
+    const io::PhotoSettings exif = io::read_photo_settings(png);
+    for (std::uint16_t& code : codes.values()) code = static_cast<std::uint16_t>(code << 4U);
+    io::write_code_image(png, codes, 16);
+    const auto per_mille = static_cast<int>(std::lround(1000.0 * *exif.exposure_s));
+    write_exif(png, {(std::to_string(per_mille) + "/1000").c_str()});
+  }
+  EXPECT_THAT(warnings(), AllOf(HasSubstr("_2.png: its largest code is "),
+                                HasSubstr(", while camera.bit_depth of " +
+                                          (plan / "session.json").string() + " is 12; 16 bits")));
+  EXPECT_EQ(read_session(out).camera.bit_depth, 16);
+}
+
+// Codes that end at 4095 saturate there, whatever the plan says: taken for light, they would be
+// reported as wrong exposure times.
+TEST_F(Import, DepthBelowThePlanIsFoundBySaturation) {
+  session.camera.bit_depth = 16;
+  write_session(session);
+  const Image<float> bright = smooth_scene(width, height, 3, 0.05, 8.0);
+  take("white_0.png", bright, {"1/30"});
+  take("white_1.png", bright, {"1/5"});
+  take("white_2.png", bright, {"1/2"});
+  EXPECT_THAT(warnings(),
+              HasSubstr("white_2.png: its largest code is 4095, while camera.bit_depth of"));
+  EXPECT_EQ(read_session(out).camera.bit_depth, 12);
+}
+
+TEST_F(Import, AMissingExposureIsTold) {
+  take("fit_02_0.png", smooth_scene(width, height, 3, 0.05, 2.0), {"1/30"});
+  take("fit_02_1.png", smooth_scene(width, height, 3, 0.05, 2.0), {"1/5"});
+  const std::string image = "patterns/fit_02.png";
+  io::write_image(plan / image, Image<std::uint8_t>(64, 48, 1, 255));
+  session.patterns.push_back({"fit_02", image, PatternRole::fit, {{"frames/planned.png", 1.0}}});
+  write_session(session);
+  EXPECT_THAT(
+      warnings(),
+      HasSubstr("pattern fit_02 has no photograph of 0.5 s, which most patterns have: add"));
+  take("fit_02_2.png", smooth_scene(width, height, 3, 0.05, 2.0), {"1/2"});
+  EXPECT_EQ(warnings().find("has no photograph"), std::string::npos);
+}
+
+TEST_F(Import, RefusesABlackPhotographOfALitStack) {
+  take("fit_01_2.png", Image<float>(width, height, 3, 0.0F), {"1/2"});
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("fit_01_2.png: it is black where"),
+                               HasSubstr("(pattern fit_01); photograph it again")));
+}
+
 TEST_F(Import, CopiesNothingWhereThePhotographsLieInTheSession) {
   out = photographs;
   import();

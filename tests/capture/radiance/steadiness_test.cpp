@@ -226,6 +226,22 @@ TEST(Steadiness, AMislabelledExposureIsToldWithTheOneThatFits) {
   EXPECT_THAT(faults[0].sentence, HasSubstr("fits an exposure time of 0.1 s"));
 }
 
+// The lens covered, or the shutter closed, in one photograph of a lit stack, at whichever exposure.
+TEST(Steadiness, ABlackFrameAmongLitOnesIsTold) {
+  for (const std::size_t black : {2U, 3U, 4U}) {
+    std::vector<ExposedFrame> stack = shoot({}, 7);
+    stack[black] = shoot_stack(default_camera, Image<float>(width, height, 1, 0.0F), {times[black]},
+                               static_cast<unsigned>(black))[0];
+    const Steadiness found = compare_frames(stack, linear_radiometry());
+    const std::vector<Fault> faults = find_faults(found, times, files, {});
+    ASSERT_EQ(faults.size(), 1U) << black;
+    EXPECT_EQ(faults[0].kind, Fault::Kind::blank);
+    EXPECT_EQ(faults[0].frame, black);
+    EXPECT_THAT(faults[0].sentence, HasSubstr("it is black where the other frames"));
+    EXPECT_EQ(steady_exposures(found, times)[black], times[black]);
+  }
+}
+
 TEST(Steadiness, AHandBeforeTheLensIsToldAsSuch) {
   std::vector<ExposedFrame> stack = shoot({}, 5);
   for (int y = 100; y < 160; ++y) {
