@@ -62,12 +62,24 @@ class Operator {
     {
       const std::span<const double> k = view(kappa), m = view(mu);
       const Released released;
+      require_usual_medium(k, m);
       const std::scoped_lock lock(mutex_);
       solver_->set_medium(k, m);
     }
     kappa_ = copy(kappa);
     mu_ = copy(mu);
     ++media_;
+  }
+  void require_usual_medium(std::span<const double> kappa, std::span<const double> mu) const {
+    const auto usual = [](std::span<const double> values, double least) {
+      return std::all_of(values.begin(), values.end(),
+                         [=](double v) { return v >= least && v <= most_coefficient; });
+    };
+    if (usual(kappa, least_kappa) && usual(mu, 0.0)) return;
+    // Rare: hand the volumes to the one function that words the sentence.
+    validate(Medium{Volume<double>(shape(), std::vector<double>(kappa.begin(), kappa.end())),
+                    Volume<double>(shape(), std::vector<double>(mu.begin(), mu.end()))},
+             "medium");
   }
   /// How often the medium has been set: solutions are of one.
   int media() const { return media_; }

@@ -81,6 +81,10 @@ class BadInput(unittest.TestCase):
                            ("mu", labelled(mu, tuple("zyx"), "1/cm")), ("irradiance", labelled(light, ("pattern", "x", "y"), "1"))):
             self.refused(key, forward, **{key: value})
 
+    def test_of_a_scene_that_is_a_dict(self):
+        with self.assertRaisesRegex(km.InputError, "^scene: version is missing"):
+            km.render({"format": "kappamu-scene"})
+
     def test_of_an_operator_and_of_volumes(self):
         kappa, mu = block.coefficients()
         self.refused("shape", lambda: km.DiffusionOperator((6, 10), 0.5))
