@@ -1,5 +1,7 @@
 #include "python/bindings/calls.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -14,6 +16,7 @@ namespace {
 // Under the interpreter's lock.
 std::vector<const Call*> calls;
 bool ending = false;
+const pid_t process = getpid();
 
 }  // namespace
 
@@ -28,6 +31,7 @@ Call::~Call() {
 
 void end_calls() {
   constexpr std::chrono::milliseconds moment(10);
+  if (getpid() != process) return;  // threads of the process that was forked are not here
   ending = true;
   for (const Call* call : calls) {
     if (call->cancel_) call->cancel_();
