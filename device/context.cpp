@@ -1,5 +1,7 @@
 #include "device/context.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -88,6 +90,7 @@ struct Context::Impl {
   };
 
   DeviceInfo info;
+  const pid_t process = getpid();  ///< a fork of it has none of the driver's threads
   cl_device_id device = nullptr;
   cl_context context = nullptr;
   std::atomic<std::size_t> allocated = 0;
@@ -107,7 +110,17 @@ struct Context::Impl {
     check_call(code, "clCreateCommandQueue", info.name);
     return queue;
   }
+  /// Throws InputError in a fork, where the driver would wait for ever.
+  void require_own_process() const {
+    if (getpid() == process) return;
+    throw InputError(
+        "this process was forked from one that had used device '" + info.name +
+            "', and cannot use it; start processes by 'spawn' or 'forkserver', or fork "
+            "before the device is used",
+        {{"device"}});
+  }
   ThreadsOwn& own() {
+    require_own_process();
     const std::scoped_lock guard(lock);
     ThreadsOwn& found = threads[std::this_thread::get_id()];
     if (found.queue == nullptr) found.queue = make_queue(0);

@@ -11,8 +11,8 @@ void require_usual_voxel(double voxel_mm, const std::string& source) {
                                       voxel_mm, least_voxel_mm, most_voxel_mm));
 }
 
-void require_usual_light(float brightest, const std::string& source) {
-  if (brightest == 0.0F || (brightest >= least_light && brightest <= most_light)) return;
+void require_usual_light(double brightest, const std::string& source) {
+  if (brightest == 0.0 || (brightest >= least_light && brightest <= most_light)) return;
   throw InputError(source + ": irradiance is at most " + shown_number(brightest, "%g") +
                    ", beyond 1e-20 to 1e20; state it in another unit");
 }

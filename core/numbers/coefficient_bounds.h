@@ -14,10 +14,10 @@ inline constexpr double least_voxel_mm = 1e-6, most_voxel_mm = 1e6;
 
 /// Largest irradiance of all patterns, in the user's unit: light a million times dimmer and
 /// brighter is still a float.
-inline constexpr float least_light = 1e-20F, most_light = 1e20F;
+inline constexpr double least_light = 1e-20, most_light = 1e20;
 
 /// Throw InputError "<source>: ..." beyond these bounds. Light that is zero everywhere passes.
 void require_usual_voxel(double voxel_mm, const std::string& source);
-void require_usual_light(float brightest, const std::string& source);
+void require_usual_light(double brightest, const std::string& source);
 
 }  // namespace kappamu

@@ -74,10 +74,47 @@ T value_of_key(const py::dict& options, const char* key) {
   }
 }
 
+/// What `require` refuses is of the argument `key`.
+template <class Require>
+void require_usual(const std::string& key, const Require& require) {
+  try {
+    require();
+  } catch (const InputError& error) {
+    throw KeyedError(key, error.what());
+  }
+}
+
+inline void require_patterns(py::ssize_t patterns, const std::string& key) {
+  if (patterns < 1) throw KeyedError(key, key + " has no pattern; give at least one");
+}
+
+/// Tolerance and iterations, within the bounds of the command line.
+inline forward::SolveOptions solve_options(const py::dict& options) {
+  constexpr double least = 1e-14, most = 0.1;
+  const forward::SolveOptions solve{value_of_key<double>(options, "tolerance"),
+                                    value_of_key<int>(options, "max_iterations")};
+  if (!(solve.tolerance >= least && solve.tolerance <= most))
+    throw KeyedError("tolerance", "tolerance must lie between 1e-14 and 0.1");
+  if (solve.max_iterations < 1)
+    throw KeyedError("max_iterations", "max_iterations must be at least 1");
+  return solve;
+}
+
+/// Throws KeyedError where values of a masked array are hidden: they are there, and would count.
+inline void require_unmasked(const py::object& given, const std::string& key) {
+  if (!py::hasattr(given, "mask") || !py::hasattr(given, "filled")) return;
+  if (!py::module_::import("numpy").attr("any")(given.attr("mask")).cast<bool>()) return;
+  throw KeyedError(key, key +
+                            " is a masked array with hidden values; fill them, and say by the mask "
+                            "of Measurements which are not to be used");
+}
+
 /// `given` as numbers of type T in C order: the same memory where it has them so.
 template <class T>
 py::array_t<T> numbers(const py::object& given, const std::string& key) {
   using Wanted = py::array_t<T, py::array::c_style | py::array::forcecast>;
+  if (given.is_none()) throw KeyedError(key, key + " is missing");
+  require_unmasked(given, key);
   if (py::isinstance<py::array>(given)) {
     const char kind = py::reinterpret_borrow<py::array>(given).dtype().kind();
     if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b' && kind != 'O')

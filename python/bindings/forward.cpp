@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/forward_output.h"
+#include "core/numbers/coefficient_bounds.h"
 #include "forward/diffusion_warnings.h"
 #include "forward/forward_model.h"
 #include "inverse/fit/describe_options.h"
@@ -35,8 +36,7 @@ forward::ForwardOptions options_of(const Options& options) {
   forward::ForwardOptions o;
   o.device = text(options, "device");
   o.precision = named(inverse::precision_names, text(options, "precision"), "precision");
-  o.solve.tolerance = value_of_key<double>(options, "tolerance");
-  o.solve.max_iterations = value_of_key<int>(options, "max_iterations");
+  o.solve = solve_options(options);
   o.seed = value_of_key<std::uint64_t>(options, "seed");
   o.photons = value_of_key<std::uint64_t>(options, "photons");
   o.anisotropy = value_of_key<double>(options, "anisotropy");
@@ -59,6 +59,8 @@ void read_light(const Options& options, forward::ForwardProblem& problem) {
     if (!std::all_of(values.begin(), values.end(),
                      [](double e) { return std::isfinite(e) && e >= 0.0; }))
       throw KeyedError("irradiance", "irradiance must be finite and not negative everywhere");
+    const double brightest = values.empty() ? 0.0 : *std::max_element(values.begin(), values.end());
+    require_usual("irradiance", [&] { require_usual_light(brightest, "forward"); });
     problem.irradiance = copy(light);
     problem.patterns = patterns;
   }
@@ -96,6 +98,7 @@ py::dict forward(const py::object& kappa_given, const py::object& mu_given, cons
   forward::ForwardProblem problem;
   problem.setup = setup_of(options, shape);
   problem.medium = {Volume<double>(shape, copy(kappa)), Volume<double>(shape, copy(mu))};
+  require_usual("voxel_mm", [&] { require_usual_voxel(shape.voxel_mm, "voxel_mm"); });
   validate(problem.medium, "forward");
   read_light(options, problem);
   const std::string method = text(options, "method");

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/process_memory.h"
+#include "python/bindings/calls.h"
 
 namespace kappamu::python {
 
@@ -82,6 +83,7 @@ void listen(const py::object& progress, const std::function<void(std::shared_ptr
   const auto mail = std::make_shared<Mail>();
   std::exception_ptr failure;
   std::optional<py::error_already_set> interruption;
+  const Call call([mail] { mail->cancel(); });
   const KeptMemory memory;
   std::thread thread([&] {
     try {

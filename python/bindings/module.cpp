@@ -6,6 +6,7 @@
 #include "device/kernel_cache.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/call.h"
+#include "python/bindings/calls.h"
 
 namespace kappamu::python {
 
@@ -33,6 +34,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(translate);
   device::on_notice(
       [](const std::string& sentence) { std::fprintf(stderr, "kappamu: %s\n", sentence.c_str()); });
+  py::module_::import("atexit").attr("register")(py::cpp_function(end_calls));
   bind_commands(module);
   bind_fit(module);
   bind_forward(module);

@@ -2,14 +2,17 @@
 // and the derivative of the exitance by κ, μ and light. The only file of the bindings that names
 // the solver's interface (forward/grid).
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <optional>
 
+#include "core/numbers/coefficient_bounds.h"
 #include "forward/grid/derivatives.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/grid_solver.h"
 #include "inverse/fit/describe_options.h"
 #include "python/bindings/bind.h"
+#include "python/bindings/calls.h"
 
 namespace kappamu::python {
 
@@ -27,15 +30,15 @@ void require_converged(const forward::SolveReport& report) {
   throw py::error_already_set();
 }
 
-/// One system A φ = b. Arrays of κ and μ are kept, not copied, where NumPy has them as doubles in C
-/// order. One thread works at a time.
+/// One system A φ = b. κ and μ are copied: derivatives are taken long after the call, of what was
+/// solved. One thread works at a time.
 class Operator {
  public:
   Operator(forward::GridSetup setup, const std::string& device, forward::Precision precision,
            forward::SolveOptions options)
       : options_(options) {
     forward::SolverChoice choice = [&] {
-      const py::gil_scoped_release release;
+      const Released released;
       return forward::make_grid_solver(setup, device, precision);
     }();
     solver_ = std::move(choice.solver);
@@ -48,34 +51,48 @@ class Operator {
   std::mutex& mutex() { return mutex_; }
   const forward::GridSolver& solver() const { return *solver_; }
   const forward::SolveOptions& options() const { return options_; }
-  std::span<const double> kappa() const { return view(*kappa_); }
-  std::span<const double> mu() const { return view(*mu_); }
+  std::span<const double> kappa() const { return kappa_; }
+  std::span<const double> mu() const { return mu_; }
 
   void set_medium(const py::object& kappa_given, const py::object& mu_given) {
-    Doubles kappa = numbers<double>(kappa_given, "kappa");
-    Doubles mu = numbers<double>(mu_given, "mu");
+    const Doubles kappa = numbers<double>(kappa_given, "kappa");
+    const Doubles mu = numbers<double>(mu_given, "mu");
     require_shape(kappa, extents(shape()), "kappa", "[z][y][x] of the operator");
     require_shape(mu, extents(shape()), "mu", "[z][y][x] of the operator");
     {
       const std::span<const double> k = view(kappa), m = view(mu);
-      const py::gil_scoped_release release;
+      const Released released;
+      require_usual_medium(k, m);
       const std::scoped_lock lock(mutex_);
       solver_->set_medium(k, m);
     }
-    kappa_ = std::move(kappa);
-    mu_ = std::move(mu);
+    kappa_ = copy(kappa);
+    mu_ = copy(mu);
     ++media_;
+  }
+  void require_usual_medium(std::span<const double> kappa, std::span<const double> mu) const {
+    const auto usual = [](std::span<const double> values, double least) {
+      return std::all_of(values.begin(), values.end(),
+                         [=](double v) { return v >= least && v <= most_coefficient; });
+    };
+    if (usual(kappa, least_kappa) && usual(mu, 0.0)) return;
+    // Rare: hand the volumes to the one function that words the sentence.
+    validate(Medium{Volume<double>(shape(), std::vector<double>(kappa.begin(), kappa.end())),
+                    Volume<double>(shape(), std::vector<double>(mu.begin(), mu.end()))},
+             "medium");
   }
   /// How often the medium has been set: solutions are of one.
   int media() const { return media_; }
   void require_medium() const {
-    if (!kappa_) throw KeyedError("kappa", "the operator has no medium yet; call set_medium first");
+    if (kappa_.empty())
+      throw KeyedError("kappa", "the operator has no medium yet; call set_medium first");
   }
 
   /// `given` [M][z][y][x], or [z][y][x], as a field.
   Field field_of(const py::object& given, const std::string& key) const {
     const Doubles array = numbers<double>(given, key);
     const int patterns = array.ndim() == 4 ? static_cast<int>(array.shape(0)) : 1;
+    require_patterns(patterns, key);
     require_shape(array, array.ndim() == 3 ? extents(shape()) : extents(patterns, shape()), key,
                   "[M][z][y][x]");
     Field field = solver_->make_field(patterns);
@@ -94,11 +111,25 @@ class Operator {
     const Doubles array = numbers<double>(given, key);
     const FaceShape of_face = face_shape(shape(), face);
     const int patterns = array.ndim() == 3 ? static_cast<int>(array.shape(0)) : 1;
+    require_patterns(patterns, key);
     require_shape(array,
                   array.ndim() == 2 ? std::vector<py::ssize_t>{of_face.nv, of_face.nu}
                                     : extents(patterns, of_face),
                   key, "[M][v][u] of face " + to_string(face));
     return {array, patterns};
+  }
+
+  /// Irradiance on the lit face: finite, and of a size that floats hold. Differences of light are
+  /// negative in places.
+  std::pair<Doubles, int> irradiance_of(const py::object& given) const {
+    const auto light = maps_of(given, setup().lit_face, "irradiance");
+    double brightest = 0.0;
+    for (const double e : view(light.first)) {
+      if (!std::isfinite(e)) throw KeyedError("irradiance", "irradiance must be finite everywhere");
+      brightest = std::max(brightest, std::abs(e));
+    }
+    require_usual("irradiance", [&] { require_usual_light(brightest, "the operator"); });
+    return light;
   }
 
   Doubles solve(const py::object& load, const py::object& start) {
@@ -110,7 +141,7 @@ class Operator {
       throw KeyedError("start", "start must have as many patterns as load");
     forward::SolveReport report;
     {
-      const py::gil_scoped_release release;
+      const Released released;
       const std::scoped_lock lock(mutex_);
       report = solver_->solve(*b, *phi, options_);
     }
@@ -122,7 +153,7 @@ class Operator {
     const Field phi = field_of(fluence, "fluence");
     const Field y = solver_->make_field(phi->patterns());
     {
-      const py::gil_scoped_release release;
+      const Released released;
       const std::scoped_lock lock(mutex_);
       solver_->apply(*phi, *y);
     }
@@ -130,7 +161,7 @@ class Operator {
   }
   Doubles load(const py::object& irradiance) {
     require_medium();
-    const auto [light, patterns] = maps_of(irradiance, setup().lit_face, "irradiance");
+    const auto [light, patterns] = irradiance_of(irradiance);
     const Field b = solver_->make_field(patterns);
     solver_->light_source(view(light), *b);
     return array_of(*b);
@@ -159,7 +190,7 @@ class Operator {
  private:
   std::unique_ptr<forward::GridSolver> solver_;
   forward::SolveOptions options_;
-  std::optional<Doubles> kappa_, mu_;
+  std::vector<double> kappa_, mu_;  ///< none until there is a medium
   int media_ = 0;
   std::mutex mutex_;
 };
@@ -169,14 +200,14 @@ class Light {
  public:
   Light(std::shared_ptr<Operator> op, const py::object& irradiance) : op_(std::move(op)) {
     op_->require_medium();
-    auto [light, patterns] = op_->maps_of(irradiance, op_->setup().lit_face, "irradiance");
-    irradiance_ = std::move(light);
+    const auto [light, patterns] = op_->irradiance_of(irradiance);
+    irradiance_ = copy(light);
     medium_ = op_->media();
     phi_ = op_->solver().make_field(patterns);
     forward::SolveReport report;
     {
-      const std::span<const double> e = view(irradiance_);
-      const py::gil_scoped_release release;
+      const std::span<const double> e = irradiance_;
+      const Released released;
       const std::scoped_lock lock(op_->mutex());
       const Field b = op_->solver().make_field(patterns);
       op_->solver().light_source(e, *b);
@@ -206,13 +237,13 @@ class Light {
     if (patterns != phi_->patterns())
       throw KeyedError("weights", "weights must have as many patterns as irradiance");
     const forward::GridSolver& solver = op_->solver();
-    const std::span<const double> e = view(irradiance_), w = view(psi);
+    const std::span<const double> e = irradiance_, w = view(psi);
     Doubles by_light(extents(patterns, face_shape(op_->shape(), op_->setup().lit_face)));
     const std::span<double> by_light_values = view_to_fill(by_light);
     forward::SolveReport report;
     forward::CoefficientPair by_log;
     {
-      const py::gil_scoped_release release;
+      const Released released;
       const std::scoped_lock lock(op_->mutex());
       const Field b = solver.make_field(patterns);
       const Field lambda = solver.make_field(patterns);
@@ -235,7 +266,8 @@ class Light {
                        "illuminate again");
   }
   std::span<const double> light_of(Face face) const {
-    return face == op_->setup().lit_face ? view(irradiance_) : std::span<const double>();
+    return face == op_->setup().lit_face ? std::span<const double>(irradiance_)
+                                         : std::span<const double>();
   }
 
   forward::CoefficientPair by_logarithms(Face face, std::span<const double> weights,
@@ -250,10 +282,10 @@ class Light {
                              : 0.0;
     forward::AdjointSums sums;
     sums.products = solver.pair_products(lambda, *phi_);
-    sums.columns = solver.column_products(lambda, view(irradiance_));
+    sums.columns = solver.column_products(lambda, irradiance_);
     sums.observed.assign(cells, 0.0);
     for (std::size_t i = 0; i < weights.size(); ++i) {
-      const double entered = apart == 0.0 ? 0.0 : apart * view(irradiance_)[i];
+      const double entered = apart == 0.0 ? 0.0 : apart * irradiance_[i];
       sums.observed[i % cells] += weights[i] * (exitance[i] - entered);
     }
     // A μ of 0 has no logarithm; its derivative is the limit.
@@ -321,30 +353,27 @@ class Light {
   }
 
   std::shared_ptr<Operator> op_;
-  Doubles irradiance_;
+  std::vector<double> irradiance_;  ///< what was solved for, whatever becomes of the caller's
   Field phi_;
   int medium_ = 0;
   int iterations_ = 0;
 };
 
-std::shared_ptr<Operator> make_operator(const std::array<int, 3>& zyx, double voxel_mm, double eta,
-                                        const std::string& lit_face, const std::string& sides,
-                                        const std::string& source, const std::string& convention,
-                                        const std::string& device, const std::string& precision,
-                                        double tolerance, int max_iterations) {
+std::shared_ptr<Operator> make_operator(const std::array<int, 3>& zyx, const py::dict& options) {
+  const auto text = [&](const char* key) { return value_of_key<std::string>(options, key); };
   forward::GridSetup setup;
-  setup.shape = {zyx[2], zyx[1], zyx[0], voxel_mm};
-  setup.eta = eta;
-  setup.lit_face = named(face_names, lit_face, "lit_face");
-  setup.sides = named(sides_names, sides, "sides");
-  setup.source = named(source_names, source, "source");
-  setup.convention = named(inverse::convention_names, convention, "convention");
+  setup.shape = {zyx[2], zyx[1], zyx[0], value_of_key<double>(options, "voxel_mm")};
+  setup.eta = value_of_key<double>(options, "eta");
+  setup.lit_face = named(face_names, text("lit_face"), "lit_face");
+  setup.sides = named(sides_names, text("sides"), "sides");
+  setup.source = named(source_names, text("source"), "source");
+  setup.convention = named(inverse::convention_names, text("convention"), "convention");
+  const forward::SolveOptions solve = solve_options(options);
+  require_usual("voxel_mm", [&] { require_usual_voxel(setup.shape.voxel_mm, "voxel_mm"); });
   forward::validate(setup);
-  if (!(tolerance > 0.0)) throw KeyedError("tolerance", "tolerance must be positive");
-  if (max_iterations < 1) throw KeyedError("max_iterations", "max_iterations must be at least 1");
-  return std::make_shared<Operator>(setup, device,
-                                    named(inverse::precision_names, precision, "precision"),
-                                    forward::SolveOptions{tolerance, max_iterations});
+  return std::make_shared<Operator>(setup, text("device"),
+                                    named(inverse::precision_names, text("precision"), "precision"),
+                                    solve);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "io/volume/volume_export.h"
 #include "io/volume/volume_file.h"
 #include "python/bindings/bind.h"
+#include "python/bindings/calls.h"
 
 namespace kappamu::python {
 
@@ -27,7 +28,7 @@ py::list take_all(Volumes&& volumes, const GridShape& shape) {
 
 py::dict read_volume(const fs::path& path, std::size_t most_voxels) {
   io::VolumeSet set = [&] {
-    const py::gil_scoped_release release;
+    const Released released;
     return io::read_volume(io::find_volume(path), most_voxels);
   }();
   const GridShape shape = set.shape();
@@ -88,7 +89,7 @@ py::list write_volume(const fs::path& path, const std::string& format, const py:
   const io::VolumeSet set = set_from(fields);
   io::ExportResult result;
   {
-    const py::gil_scoped_release release;
+    const Released released;
     if (format == "vdb") {
       io::write_vdb(path, set);
     } else if (format == "vti") {

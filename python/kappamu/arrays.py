@@ -2,6 +2,7 @@
 import functools
 import sys
 
+from .errors import InputError
 from .lazy import np, xarray
 
 
@@ -14,6 +15,26 @@ def _labelled_type():
             self.attrs = dict(getattr(parent, "attrs", {}))
             dims = getattr(parent, "dims", ())
             self.dims = dims if len(dims) == self.ndim else ()  # of a part, the axes are not known
+
+        def transpose(self, *axes):
+            turned = super().transpose(*axes)
+            turned.dims = ()  # nor of a transpose
+            return turned
+
+        def swapaxes(self, first, second):
+            turned = super().swapaxes(first, second)
+            turned.dims = ()
+            return turned
+
+        T = property(transpose)
+
+        def __reduce__(self):
+            make, arguments, state = super().__reduce__()
+            return make, arguments, (state, self.dims, self.attrs)
+
+        def __setstate__(self, state):
+            values, self.dims, self.attrs = state
+            super().__setstate__(values)
 
     Labelled.__qualname__ = "Labelled"  # where pickle finds it
     return Labelled
@@ -67,7 +88,25 @@ def face_map(array, face, voxel_mm, units, long_name, leading=("pattern",)):
     return labelled(array, [*leading, *axes], units, long_name, coords)
 
 
-def plain(array):
-    """The NumPy array of what labelled() made, and of anything else as NumPy takes it."""
+AXES = ("channel", "pattern", "z", "y", "x")  # in this order wherever they occur
+SPELLINGS = {"mm": ("mm", "millimeter", "millimetre"), "1/mm": ("1/mm", "mm-1", "mm^-1", "mm**-1", "/mm")}
+
+
+def plain(array, key="the array", units=None):
+    """The NumPy array of what labelled() made, and of anything else as NumPy takes it.
+
+    Labels are believed: InputError with `key` where axes stand in another order than AXES, or where units are stated that are
+    not `units`.
+    """
     module = sys.modules.get("xarray")  # not imported: nobody has made one
-    return array.values if module is not None and isinstance(array, module.DataArray) else array
+    of_xarray = module is not None and isinstance(array, module.DataArray)
+    if not of_xarray and type(array).__name__ != "Labelled":
+        return array
+    known = [axis for axis in array.dims if axis in AXES]
+    if known != sorted(known, key=AXES.index):
+        raise InputError(f"{key} has the axes ({', '.join(map(str, array.dims))}); transpose it to "
+                         f"({', '.join(sorted(known, key=AXES.index))})", key)
+    stated = array.attrs.get("units")
+    if units is not None and stated is not None and str(stated).replace(" ", "") not in SPELLINGS.get(units, (units,)):
+        raise InputError(f"{key} states the units {stated}; it must be in {units}", key)
+    return array.values if of_xarray else array

@@ -79,6 +79,8 @@ class Fit:
         return {"program": "kappamu fit", "device": self.report["device"]}
 
     def _volumes(self, name):
+        if not (self.folder / "fit.json").exists():
+            raise InputError(f"{self.folder}: is not there any more; give the fit a folder by `out`, or keep the Fit that made it")
         files = [self.folder / f"{name}_{channel}.npy" for channel in self.channels]
         if not all(file.exists() for file in files):
             return None

@@ -49,13 +49,13 @@ class Measurements:
     camera_mm: dict = None
 
     def _fields(self):
-        value = np.asarray(plain(self.value))
+        value = np.asanyarray(plain(self.value, "value"))
 
         def by_channel(key):
             given = getattr(self, key)
             if given is None:
                 return None
-            array = np.asarray(plain(given))
+            array = np.asanyarray(plain(given, key))
             if array.shape != value.shape:
                 raise InputError(f"{key} has shape {list(array.shape)} where value has {list(value.shape)}", key)
             return array if array.ndim == 4 else array[np.newaxis]
@@ -81,7 +81,7 @@ class Measurements:
                 "camera_mm": {face: three("camera_mm", place, float) for face, place in cameras.items()},
                 "quantity": self.quantity, "light": self.light, "sides": self.sides,
                 "channels": [names] if isinstance(names, str) else list(names),
-                "irradiance": np.asarray(plain(self.irradiance)),
+                "irradiance": np.asanyarray(plain(self.irradiance, "irradiance")),
                 "value": by_channel("value"), "variance": by_channel("variance"), "mask": by_channel("mask")}
 
 

@@ -145,6 +145,10 @@ def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None
                               np.load(out / "surface.npy"), report, out)
             keep_with(picture)
             return picture
+    except InputError as error:
+        if own is None:
+            raise
+        raise InputError(str(error).replace(os.path.abspath(own), "scene"), error.key) from None
     finally:
         if own is not None:
             os.unlink(own)

@@ -18,7 +18,7 @@ if typing.TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(repr=False)
 class Exitance:
     """What leaves a block under each pattern.
 
@@ -41,6 +41,10 @@ class Exitance:
     def __getitem__(self, face):
         return self.exitance[face]
 
+    def __repr__(self):
+        faces = ", ".join(f"{face} {list(values.shape)}" for face, values in self.exitance.items())
+        return f"<kappamu.Exitance of the faces {faces}{'' if self.converged else '; not converged'}>"
+
 
 def _coefficient(given, channel, key, max_voxels):
     """An array, or the coefficient `key` of a .vdb file or volume folder, or the array of a .npy file."""
@@ -55,7 +59,7 @@ def _coefficient(given, channel, key, max_voxels):
             raise InputError(f"{given}: has several channels; choose one with channel", "channel")
         pair = found.channel(found.channels[0] if channel is None else channel)
         return pair[0 if key == "kappa" else 1], found.voxel_mm
-    return plain(given), None
+    return plain(given, key, {"kappa": "mm", "mu": "1/mm"}[key]), None
 
 
 def forward(kappa: ArrayLike | str | os.PathLike, mu: ArrayLike | str | os.PathLike, *, voxel_mm: float | None = None,
@@ -106,7 +110,7 @@ def forward(kappa: ArrayLike | str | os.PathLike, mu: ArrayLike | str | os.PathL
         voxel_mm = voxel_of_file
     if voxel_mm is None:
         raise InputError("voxel_mm is missing; arrays do not hold the edge of a voxel", "voxel_mm")
-    if not isinstance(voxel_mm, numbers.Real):
+    if not isinstance(voxel_mm, numbers.Real) or isinstance(voxel_mm, bool):
         raise InputError(f"voxel_mm is {voxel_mm!r}; it must be one number, the edge of cubic voxels [mm]", "voxel_mm")
     if voxel_of_file is not None and abs(voxel_mm - voxel_of_file) > 1e-6 * voxel_of_file:
         raise InputError(f"voxel_mm is {voxel_mm} but the file's is {voxel_of_file}; leave it out", "voxel_mm")
@@ -114,18 +118,15 @@ def forward(kappa: ArrayLike | str | os.PathLike, mu: ArrayLike | str | os.PathL
         source = "boundary" if convention == "wang2008" else "first-collision"
     try:
         points = [tuple(map(float, point)) for point in points]
-    except TypeError:
+    except (TypeError, ValueError):
         raise InputError("points must be a list of (x, y, z) or (x, y, z, power) [mm]", "points") from None
     if any(len(point) not in (3, 4) for point in points):
         raise InputError("each of points must be (x, y, z) or (x, y, z, power) [mm]", "points")
     points = [point + (1.0,) * (4 - len(point)) for point in points]
-    options = {"voxel_mm": float(voxel_mm), "irradiance": plain(irradiance), "direction": direction, "points": points,
+    options = {"voxel_mm": float(voxel_mm), "irradiance": plain(irradiance, "irradiance"), "direction": direction, "points": points,
                "lit_face": lit_face, "eta": eta, "sides": sides, "source": source, "convention": convention, "method": method, "fluence": fluence,
                "tolerance": tolerance, "max_iterations": max_iterations, "precision": precision, "photons": photons,
                "anisotropy": anisotropy, "model_tolerance": model_tolerance, "device": device, "seed": seed}
-    for name in ("tolerance", "max_iterations"):
-        if isinstance(options[name], numbers.Real) and not options[name] > 0:
-            raise InputError(f"{name} must be positive", name)
     try:
         found = _core.forward(kappa, mu, options, listener(progress))
     except InputError as error:

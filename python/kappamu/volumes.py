@@ -108,7 +108,7 @@ def write_volume(path: str | os.PathLike, volumes: Volumes, format: str | None =
         values = getattr(volumes, key, None)
         if values is None:
             continue
-        array = np.asarray(plain(values))
+        array = np.asarray(plain(values, key, QUANTITIES[key][0]))
         fields[key] = list(array if array.ndim == 4 else array[np.newaxis])
     return _core.write_volume(os.fspath(path), format or ending or "npy", fields)
 

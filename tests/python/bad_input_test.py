@@ -41,16 +41,18 @@ class BadInput(unittest.TestCase):
         nan[0, 0, 5] = np.nan
         for key, value in (("mu", mu[1:]), ("mu", -mu), ("kappa", kappa[0]), ("kappa", nan), ("kappa", kappa + 0j), ("kappa", "k.npy"),
                            ("kappa", kappa.astype(str)), ("voxel_mm", None), ("voxel_mm", "0.5"), ("voxel_mm", [0.5, 0.5, 0.5]),
-                           ("voxel_mm", -1), ("irradiance", block.patches()[:, 1:]), ("irradiance", None), ("lit_face", "top"),
-                           ("lit_face", None), ("eta", 13), ("eta", "glass"), ("tolerance", 0), ("tolerance", "tight"),
+                           ("voxel_mm", -1), ("voxel_mm", True), ("voxel_mm", float("inf")),
+                           ("irradiance", block.patches()[:, 1:]), ("irradiance", None), ("irradiance", 1e-300 * block.patches()),
+                           ("irradiance", np.ma.masked_less(block.patches(), 0.5)), ("kappa", np.ma.masked_less(kappa, np.median(kappa))), ("lit_face", "top"),
+                           ("lit_face", None), ("eta", 13), ("eta", "glass"), ("tolerance", 0), ("tolerance", 10), ("tolerance", "tight"),
                            ("max_iterations", 0), ("max_iterations", 10.5), ("photons", -1), ("photons", 1e4), ("seed", 0.5),
                            ("device", 0), ("method", None), ("direction", (0, 1)), ("direction", (0, 0, -1)), ("points", (1, 2, 3)),
-                           ("points", [(1, 2)]), ("progress", 5)):
+                           ("points", [(1, 2)]), ("points", [("a", 1, 1)]), ("progress", 5)):
             self.refused(key, forward, **{key: value})
 
     def test_of_measurements(self):
         _, _, good = block.measurements()
-        for key, value in (("variance", 1e-4), ("variance", good.variance[:3]), ("variance", 0 * good.variance),
+        for key, value in (("value", np.ma.masked_less(good.value, np.median(good.value))), ("variance", 1e-4), ("variance", good.variance[:3]), ("variance", 0 * good.variance),
                            ("mask", np.ones(good.value.shape[1:])), ("shape", (6, 10)), ("shape", "6x10x12"), ("voxel_mm", "a"),
                            ("eta", None), ("eta", 0.5), ("camera_mm", (1, 2, 3)), ("camera_mm", {"z+": (1, 2)}),
                            ("quantity", "reflectance"), ("seen_faces", ["z+", "z-"]), ("channels", "a/b")):
@@ -63,6 +65,25 @@ class BadInput(unittest.TestCase):
                            ("validate", 3), ("progress", "yes")):
             self.refused(key, lambda **case: km.fit(good, **case), **{key: value})
         self.refused("measurements", lambda: km.fit(good.value))
+
+    def test_labels_that_contradict_the_argument(self):
+        kappa, mu = block.coefficients(6, 6, 6)  # any order of the axes has this shape
+        light = block.patches(6, 6)
+
+        def labelled(array, dims, units):
+            return km.arrays.labelled(array, dims, units, "coefficient")
+
+        def forward(**case):
+            return km.forward(**{"kappa": kappa, "mu": mu, "voxel_mm": 0.5, "irradiance": light, "device": "reference", **case})
+
+        forward(kappa=labelled(kappa, tuple("zyx"), "mm"), mu=labelled(mu, tuple("zyx"), "1/mm"))
+        for key, value in (("kappa", labelled(kappa, tuple("xyz"), "mm")), ("kappa", labelled(kappa, tuple("zyx"), "m")),
+                           ("mu", labelled(mu, tuple("zyx"), "1/cm")), ("irradiance", labelled(light, ("pattern", "x", "y"), "1"))):
+            self.refused(key, forward, **{key: value})
+
+    def test_of_a_scene_that_is_a_dict(self):
+        with self.assertRaisesRegex(km.InputError, "^scene: version is missing"):
+            km.render({"format": "kappamu-scene"})
 
     def test_of_an_operator_and_of_volumes(self):
         kappa, mu = block.coefficients()

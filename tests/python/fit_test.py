@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import pickle
 import sys
 import tempfile
 import unittest
@@ -52,6 +53,17 @@ class AFit(unittest.TestCase):
         stored = km.read_volume(self.fit.folder)
         np.testing.assert_array_equal(np.asarray(stored.kappa, np.float32), np.asarray(self.fit.kappa))
         self.assertEqual(stored.voxel_mm, 0.5)
+
+    def test_arrays_are_pickled_with_their_labels(self):
+        back = pickle.loads(pickle.dumps(self.fit.kappa))
+        np.testing.assert_array_equal(np.asarray(back), np.asarray(self.fit.kappa))
+        self.assertEqual((tuple(back.dims), back.attrs["units"]), (("channel", "z", "y", "x"), "mm"))
+        self.assertNotEqual(tuple(back.T.dims), tuple(back.dims))  # a transpose does not keep the order of its axes
+
+    def test_says_that_its_files_are_gone(self):
+        copied = pickle.loads(pickle.dumps(km.fit(self.measurements, model="homogeneous", hold_out="none")))
+        with self.assertRaisesRegex(km.InputError, "not there any more; give the fit a folder by `out`"):
+            copied.kappa
 
     def test_told_of_its_progress(self):
         stages = {stage for stage, _, _ in self.heard}

@@ -1,7 +1,9 @@
 """Laws of DiffusionOperator: solve and apply are inverse, the operator is its own adjoint, derivatives agree with differences,
 and arrays that lie right are not copied."""
 import importlib.util
+import multiprocessing
 import os
+import subprocess
 import sys
 import threading
 import time
@@ -106,6 +108,53 @@ class Operator(unittest.TestCase):
         with self.assertRaisesRegex(km.InputError, "another medium"):
             light.exitance()
 
+    def test_what_the_caller_changes_afterwards_changes_nothing(self):
+        op, kappa, mu = operator()
+        k, m, e = kappa.copy(), mu.copy(), block.patches()
+        weights = np.random.default_rng(4).standard_normal(e.shape)
+        op.set_medium(k, m)
+        light = op.illuminate(e)
+        before = light.exitance("z-"), *light.gradient(weights, "z-")
+        for array in (k, m, e):
+            array *= 3
+        for a, b in zip(before, (light.exitance("z-"), *light.gradient(weights, "z-"))):
+            np.testing.assert_array_equal(a, b)
+
+    def test_loads_are_linear_in_the_light_on_every_device(self):
+        e = np.random.default_rng(9).standard_normal((2, 10, 12))  # a difference of lights
+        for device in ("reference", "auto"):
+            op, _, _ = operator(device=device, tolerance=1e-6)
+            with self.subTest(op.backend):
+                whole, parts = op.load(e), op.load(np.maximum(e, 0)) - op.load(np.maximum(-e, 0))
+                np.testing.assert_allclose(whole, parts, atol=1e-6 * np.abs(whole).max())
+                self.assertGreater(np.abs(op.load(-np.abs(e))).max(), 0)
+
+    def test_refuses_what_no_float_holds(self):
+        kappa, mu = block.coefficients()
+        e, hidden = block.patches(), np.ma.masked_array(kappa, kappa > np.median(kappa))
+        for device in ("reference", "auto"):
+            op = km.DiffusionOperator(kappa.shape, 0.5, kappa, mu, device=device)
+            load = op.load(e)
+            for key, call in (("irradiance", lambda: op.illuminate(np.nan * e)), ("irradiance", lambda: op.load(np.inf * np.ones_like(e))),
+                              ("irradiance", lambda: op.illuminate(1e-300 * e)), ("irradiance", lambda: op.illuminate(1e30 * e)),
+                              ("irradiance", lambda: op.illuminate(e[:0])), ("load", lambda: op.solve(load[:0])),
+                              ("kappa", lambda: op.set_medium(1e30 * kappa, mu)), ("kappa", lambda: op.set_medium(1e-30 * kappa, mu)),
+                              ("mu", lambda: op.set_medium(kappa, 1e30 * mu)), ("mu", lambda: op.set_medium(kappa, None)),
+                              ("kappa", lambda: op.set_medium(hidden, mu)), ("face", lambda: op.exitance(load, None))):
+                with self.subTest(key, device=device), self.assertRaises(km.InputError) as caught:
+                    call()
+                self.assertEqual(caught.exception.key, key, caught.exception)
+            np.testing.assert_array_equal(op.load(e), load)  # what was refused has changed nothing
+
+    def test_refuses_its_settings_by_name(self):
+        for key, value in (("shape", (8, 16, 16.7)), ("shape", ("8", "16", "16")), ("shape", None), ("shape", (0, 4, 4)),
+                           ("voxel_mm", 0), ("voxel_mm", "0.5"), ("voxel_mm", 1e-300), ("voxel_mm", float("nan")), ("eta", "a"),
+                           ("eta", 0.5), ("eta", float("nan")), ("tolerance", 10), ("tolerance", "x"), ("tolerance", float("nan")),
+                           ("max_iterations", 1.5), ("device", 3), ("lit_face", 3), ("precision", "half")):
+            with self.subTest(key, value=value), self.assertRaises(km.InputError) as caught:
+                km.DiffusionOperator(**{"shape": (4, 4, 4), "voxel_mm": 0.5, key: value})
+            self.assertEqual(caught.exception.key, key, caught.exception)
+
     def test_refuses_by_name(self):
         op, kappa, mu = operator()
         for key, call in (("kappa", lambda: op.set_medium(kappa[1:], mu)), ("load", lambda: op.solve(kappa[0])),
@@ -125,8 +174,9 @@ class Copies(unittest.TestCase):
     def test_only_what_lies_wrong_is_copied(self):
         op, kappa, mu = operator()
         load = op.load(block.patches())
-        for arrays, expected in (((kappa, mu), 0), ((kappa.astype(np.float32), mu), kappa.nbytes),
-                                 ((kappa[::-1], mu), kappa.nbytes)):
+        own = 2 * kappa.nbytes  # the operator's copy of its medium
+        for arrays, expected in (((kappa, mu), own), ((kappa.astype(np.float32), mu), own + kappa.nbytes),
+                                 ((kappa[::-1], mu), own + kappa.nbytes)):
             before = _core.copied_bytes()
             op.set_medium(*arrays)
             self.assertEqual(_core.copied_bytes() - before, expected)
@@ -174,6 +224,54 @@ class OtherThreads(unittest.TestCase):
         during = [t for t in ticks if begin < t < end]
         self.assertGreater(end - begin, 0.05)
         self.assertGreater(len(during), 10, f"in {end - begin:.2f} s")
+
+
+class TheEnd(unittest.TestCase):
+    def test_waits_for_calls_of_other_threads(self):
+        program = ("import threading, time, numpy as np, kappamu as km\n"
+                   "class Slow:\n"
+                   "    def __del__(self, sleep=time.sleep):\n"
+                   "        sleep(1)\n"
+                   "slow, begun, ones = Slow(), threading.Event(), np.ones((16, 32, 32))\n"
+                   "def work():\n"
+                   "    op = km.DiffusionOperator(ones.shape, 0.5, 0.4 * ones, 0.01 * ones, device='reference')\n"
+                   "    while True:\n"
+                   "        begun.set()\n"
+                   "        {call}\n"
+                   "threading.Thread(target=work, daemon=True).start()\n"
+                   "begun.wait()\n"
+                   "time.sleep(0.3)\n")
+        for call in ("op.illuminate(ones)", "km.forward(0.4 * ones, 0.01 * ones, voxel_mm=0.5, irradiance=ones, device='reference')"):
+            with self.subTest(call):
+                ended = subprocess.run([sys.executable, "-W", "ignore", "-c", program.format(call=call)], capture_output=True, text=True,
+                                       timeout=120, check=False)
+                self.assertEqual(ended.returncode, 0, ended.stderr)
+
+
+class OtherProcesses(unittest.TestCase):
+    def test_a_fork_is_told_what_it_lacks_and_does_not_wait(self):
+        op, _, _ = operator(device="auto", tolerance=1e-6)
+        if op.backend == "reference":
+            self.skipTest("there is no OpenCL device")
+        light = op.illuminate(block.patches())
+        fork = multiprocessing.get_context("fork")
+        for call in (light.fluence, lambda: op.illuminate(block.patches()), lambda: operator(device="auto", tolerance=1e-6)):
+            answers = fork.SimpleQueue()
+
+            def child():
+                try:
+                    call()
+                    answers.put("answered")
+                except BaseException as error:
+                    answers.put(f"{type(error).__name__}: {error}")
+
+            process = fork.Process(target=child)
+            process.start()
+            process.join(60)
+            if process.is_alive():
+                process.kill()
+                self.fail("the fork waits for ever")
+            self.assertRegex(answers.get(), "InputError: this process was forked .*'spawn'")
 
 
 class Optimisers(unittest.TestCase):

@@ -233,6 +233,9 @@ void Canvas::resize(int width, int height) {
   glBindRenderbuffer(GL_RENDERBUFFER, fine_depth_);
   glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_DEPTH_COMPONENT24, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, fine_depth_);
+  if (glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw InputError("the display's driver has no picture of " + std::to_string(width) + " x " +
+                   std::to_string(height) + " px; take a smaller width");
 }
 
 void Canvas::begin(int width, int height, Edges edges) {

@@ -96,9 +96,9 @@ class ReferenceSolver final : public GridSolver {
       }
       // Power entering the column, followed to the far face, back, and so on.
       double power = constants_.normal_transmittance * irradiance[sample] * h * h;
-      const double nothing = 1e-17 * power;
+      const double nothing = 1e-17 * std::abs(power);
       const int depth = setup_.shape.extent(axis_of(lit));
-      for (bool away = true; power > nothing; away = !away) {
+      for (bool away = true; std::abs(power) > nothing; away = !away) {
         for (int step = 0; step < depth; ++step) {
           const int w = away ? step : depth - 1 - step;
           const std::size_t i = face_cell(setup_.shape, lit, u, v, w);

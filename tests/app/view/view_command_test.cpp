@@ -343,6 +343,19 @@ TEST_F(ViewCommand, ShowsARunsPhotographs) {
               testing::HasSubstr("photograph: there are"));
 }
 
+TEST_F(ViewCommand, RefusesAPictureThatNoDriverHolds) {
+  auto scene = nlohmann::json::parse(io::read_text(folder() / "scene.json"));
+  scene["film"]["width"] = 16;
+  scene["film"]["height"] = 16384;
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const ProcessResult result = view("trace off\nscreenshot tall.png\n", " --width 256");
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  expect_one_sentence(result, "256 x 262144 px; take a smaller width");
+  EXPECT_FALSE(std::filesystem::exists(folder() / "tall.png"));
+}
+
 TEST_F(ViewCommand, RefusesAScriptInOneSentence) {
   // Before a window is opened: no display is needed.
   const auto refused = [&](const std::string& script) { return view(script, "", ""); };
