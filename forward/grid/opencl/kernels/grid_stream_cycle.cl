@@ -340,21 +340,23 @@ kernel void stream_up(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS, COARSE
   }
 }
 
-#define INVERSE_OF_ONE_CELL(g) \
-  (1 / ((g)->west + (g)->east + (g)->south + (g)->north + (g)->down + (g)->up + (g)->sink))
-
-// The last level is a single cell.
-kernel void solve_last(global const Stencil* restrict g, global const vec* restrict rhs,
-                       global vec* restrict solution) {
+// The last level by the inverse of its matrix, [cell][cell].
+kernel void solve_last(const int cells, global const REAL* restrict inverse,
+                       global const vec* restrict rhs, global vec* restrict solution) {
   if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
-  solution[0] = INVERSE_OF_ONE_CELL(g) * rhs[0];
+  for (int i = 0; i < cells; ++i) {
+    global const REAL* row = inverse + i * cells;
+    vec sum = (vec)(0);
+    for (int k = 0; k < cells; ++k) sum += row[k] * rhs[k];
+    solution[i] = sum;
+  }
 }
 
 // The cycle and its sums where the finest grid is a single cell already.
 kernel void cycle_of_one_cell(global const Stencil* restrict g, global const vec* restrict rhs,
                               global vec* restrict solution, global accu_vec* restrict dots) {
   if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
-  const REAL inverse = INVERSE_OF_ONE_CELL(g);
+  const REAL inverse = 1 / (g->west + g->east + g->south + g->north + g->down + g->up + g->sink);
   const vec z = inverse * rhs[0];
   solution[0] = z;
   dots[0] = to_accu(z * rhs[0]);

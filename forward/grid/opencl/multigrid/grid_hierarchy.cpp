@@ -186,7 +186,7 @@ bool Hierarchy::set_medium(const device::Buffer& kappa, const device::Buffer& mu
     } else {
       changed = changed || l + 1 < levels_.size();
       levels_.resize(l + 1);
-      if (layout_ == Layout::gpu) invert_matrix(levels_[l], from);
+      invert_matrix(levels_[l], from);
     }
     const Level& level = levels_[l];
     const device::Buffer& smoother = layout_ == Layout::gpu ? level.smoother : set_up.loose;
@@ -200,12 +200,14 @@ bool Hierarchy::set_medium(const device::Buffer& kappa, const device::Buffer& mu
 
 bool Hierarchy::is_last(std::size_t l) const {
   const std::size_t cells = levels_[l].shape.cells();
-  return cells == 1 || (layout_ == Layout::gpu && l > 0 && cells <= cells_to_invert_);
+  return cells == 1 || (l > 0 && cells <= cells_to_invert_);
 }
 
 void Hierarchy::invert_matrix(Level& level, const Arrays& arrays) const {
   const GridShape& s = level.shape;
+  const bool by_colour = layout_ == Layout::gpu;
   const auto place = [&](int x, int y, int z) {
+    if (!by_colour) return static_cast<int>(s.index(x, y, z));
     const int colour = (x ^ y ^ z) & 1;
     return ((colour * s.nz + z) * s.ny + y) * ((s.nx + 1) / 2) + x / 2;
   };
@@ -215,7 +217,7 @@ void Hierarchy::invert_matrix(Level& level, const Arrays& arrays) const {
   const std::vector<double> gx = faces(0, arrays.gx), gy = faces(1, arrays.gy),
                             gz = faces(2, arrays.gz),
                             sink = downloaded(context_, format_, arrays.sink, s.cells());
-  const auto places = static_cast<Eigen::Index>(2 * half_cells(s));
+  const auto places = static_cast<Eigen::Index>(by_colour ? 2 * half_cells(s) : s.cells());
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(places, places);
   const auto add_face = [&](double g, int here, bool inside, int there) {
     matrix(here, here) += g;

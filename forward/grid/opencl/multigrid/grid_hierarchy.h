@@ -1,5 +1,5 @@
 // The levels of the multigrid preconditioner: conductances from κ and μ, coarsened twofold level by
-// level down to a single cell, or on GPUs to a few, each time along the axes of strong coupling:
+// level down to a few cells, each time along the axes of strong coupling:
 // those whose mean share of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an
 // even medium these are all; where layers conduct far better along themselves than across, they are
 // merged along themselves only, since no coarse value could stand for two of them. A coarse face
@@ -28,15 +28,14 @@ struct Level {
   device::Buffer stencils, weights;
   /// With Layout::gpu: the stencils' smoother once more, [z][y][x].
   device::Buffer smoother;
-  /// Of the last level with Layout::gpu: the inverse of its matrix (solve_last in
-  /// grid_flat_cycle.cl).
+  /// Of the last level: the inverse of its matrix, for solve_last() of either layout.
   device::Buffer solve;
 };
 
 class Hierarchy {
  public:
-  /// With Layout::gpu, which starts a kernel in about the time of all the arithmetic of a small
-  /// level, the first one under the finest of at most `cells_to_invert` is the last.
+  /// The first level under the finest of at most `cells_to_invert` is the last: starting the kernels
+  /// of smaller ones takes longer than all their arithmetic.
   Hierarchy(device::Context& context, const Format& format, Layout layout, const GridSetup& setup,
             double robin_A, std::size_t cells_to_invert = 64);
 

@@ -137,8 +137,8 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   if (l + 2 < hierarchy_.levels().size()) {
     cycle(kernels, l + 1, coarse_rhs, coarse_solution);
   } else {
-    context_.launch(kernels.steps(), "solve_last", {1, 1, 1, 1}, below.stencils, coarse_rhs,
-                    coarse_solution);
+    context_.launch(kernels.steps(), "solve_last", {1, 1, 1, 1}, static_cast<int>(c.cells()),
+                    below.solve, coarse_rhs, coarse_solution);
   }
   const StreamTiles& up = plans_[l].up;
   context_.launch(kernels.steps(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
