@@ -183,6 +183,10 @@ Context& Context::of(std::size_t index) {
   return *slot;
 }
 
+Context& Context::chosen(const std::string& wanted) {
+  return of(choose(list_devices(), wanted).index);
+}
+
 const DeviceInfo& Context::info() const {
   return impl_->info;
 }

@@ -82,6 +82,8 @@ class Context {
   /// The context of list_devices()[index]; one per device and process, kept for the life of the
   /// process together with the programs built on it.
   static Context& of(std::size_t index);
+  /// That of the device choose() finds for `wanted`. Throws as choose() does.
+  static Context& chosen(const std::string& wanted);
 
   ~Context();
   Context(const Context&) = delete;

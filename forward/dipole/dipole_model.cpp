@@ -117,9 +117,8 @@ class DipoleModel : public ObjectModel {
       exact.push_back(check.exact(profile, Placement::rotated, light));
     }
     HierarchyOptions hierarchy_options;
-    Hierarchy hierarchy(
-        device::Context::of(device::choose(device::list_devices(), options.device).index),
-        problem.mesh, std::span(&profile, 1), hierarchy_options);
+    Hierarchy hierarchy(device::Context::chosen(options.device), problem.mesh,
+                        std::span(&profile, 1), hierarchy_options);
     double worst = 0.0;
     for (int attempt = 1;; ++attempt) {
       const Stopwatch solving;

@@ -37,9 +37,7 @@ class Relight final : public LiveModel {
         eta_(object.eta),
         profiles_(profiles_of(object.media, object.eta)),
         check_(object.mesh, object.surface, object.surface.area, options.seed),
-        hierarchy_(
-            device::Context::of(device::choose(device::list_devices(), options.device).index),
-            object.mesh, profiles_) {}
+        hierarchy_(device::Context::chosen(options.device), object.mesh, profiles_) {}
 
   Answer solve(const LightOfChannels& light, int /*level*/, Progress& progress) override {
     progress.update("dipole", 0.0, "");

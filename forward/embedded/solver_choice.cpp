@@ -25,9 +25,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const Levels& levels, std::size
   if (device == "reference" || (device == "auto" && host_is_faster(levels, lights))) {
     return linear::make_host_solver(row_levels_of(levels));
   }
-  return linear::make_opencl_solver(
-      row_levels_of(levels),
-      device::Context::of(device::choose(device::list_devices(), device).index));
+  return linear::make_opencl_solver(row_levels_of(levels), device::Context::chosen(device));
 }
 
 }  // namespace kappamu::forward::embedded

@@ -24,7 +24,7 @@ device::Context& context_of(const std::string& device) {
         "makes one of the processor)",
         {{"device"}});
   }
-  return device::Context::of(device::choose(device::list_devices(), device).index);
+  return device::Context::chosen(device);
 }
 
 class MonteCarloModel final : public ForwardModel {

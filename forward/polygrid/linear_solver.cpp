@@ -8,12 +8,10 @@ namespace kappamu::forward::polygrid {
 std::unique_ptr<LinearSolver> make_linear_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
                                                  const std::string& device, Lights lights) {
-  const auto devices = device::list_devices();
-  if (device == "reference" || (device == "auto" && devices.empty())) {
+  if (device == "reference" || (device == "auto" && device::list_devices().empty())) {
     return make_host_solver(equations, hierarchy);
   }
-  return make_opencl_solver(equations, hierarchy,
-                            device::Context::of(device::choose(devices, device).index),
+  return make_opencl_solver(equations, hierarchy, device::Context::chosen(device),
                             Precision::single, lights);
 }
 

@@ -159,8 +159,7 @@ class BaselineModel final : public ForwardModel {
       grid.read(*b, phi);  // each batch's b gives way to its φ
     }
 
-    device::Context& context =
-        device::Context::of(device::choose(device::list_devices(), options.device).index);
+    device::Context& context = device::Context::chosen(options.device);
     const std::vector<baseline::Lanes> blocks = baseline::cut_into_lanes(problem.patterns);
     const Batch first(context, options.precision, blocks.front());  // compiles the kernels
     const Stopwatch setting_up;

@@ -42,7 +42,7 @@ double median_seconds(int count, const std::function<void()>& work) {
 }
 
 device::Context& context_of(const Place& place) {
-  return device::Context::of(device::choose(device::list_devices(), place.wanted()).index);
+  return device::Context::chosen(place.wanted());
 }
 
 /// Kernels that `work` starts; none without OpenCL.

@@ -176,8 +176,7 @@ void dipole_hierarchy(const Request& request, Progress& progress, const Save& sa
   std::vector<Quads> sizes(hierarchy_quads.begin(), hierarchy_quads.end());
   if (request.size == Size::quick) sizes.resize(1);
   const int repetitions = request.count("repetitions", request.size == Size::quick ? 2 : 15);
-  device::Context& context =
-      device::Context::of(device::choose(device::list_devices(), request.device).index);
+  device::Context& context = device::Context::chosen(request.device);
   Json rows = Json::array();
   for (const Quads& quads : sizes) {
     progress.update("bench dipole", 0.5,
@@ -237,8 +236,7 @@ void dipole_point_sampling(const Request& request, Progress& progress, const Sav
   const std::vector<Profile> profiles{make_profile("dipole", marble_green, 1.3)};
   const Profile& profile = profiles.front();
   const double disc = std::numbers::pi * std::pow(3.0 * marble_green.kappa, 2);
-  device::Context& context =
-      device::Context::of(device::choose(device::list_devices(), request.device).index);
+  device::Context& context = device::Context::chosen(request.device);
   Json rows = Json::array();
   for (const double size : sizes) {
     progress.update("bench dipole", 0.5, std::to_string(static_cast<int>(size)) + " mm");

@@ -48,8 +48,7 @@ class Bench {
     // The host's is not that of a card.
     copy_bandwidth_ = device == "reference"
                           ? host_copy_bandwidth()
-                          : measured_copy_bandwidth(device::Context::of(
-                                device::choose(device::list_devices(), device).index));
+                          : measured_copy_bandwidth(device::Context::chosen(device));
     head_ = {{"device", choice.solver->backend()},
              {"machine", {{"copy_bandwidth_bytes_per_second", copy_bandwidth_}}},
              {"repetitions", repetitions}};

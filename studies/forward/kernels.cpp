@@ -96,8 +96,7 @@ KernelProfile profile_kernels(const ProblemSpec& spec, const std::string& device
   setup.shape = spec.shape;
   const auto choice = forward::make_grid_solver(setup, device, precision);
   if (!choice.warning.empty()) throw InputError(choice.warning);
-  device::Context& context =
-      device::Context::of(device::choose(device::list_devices(), device).index);
+  device::Context& context = device::Context::chosen(device);
   const forward::GridSolver& solver = *choice.solver;
   const Medium medium = make_medium(spec.shape, spec.medium);
   choice.solver->set_medium(medium.kappa.values(), medium.mu.values());

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "core/processor_time.h"
-#include "device/device_info.h"
 #include "forward/shells/detail.h"
 #include "forward/shells/device_frame.h"
 #include "render/look_at.h"
@@ -98,8 +97,7 @@ void fur_speed(const Request& request, Progress& progress, const Save& save) {
   constexpr int width = 1280, height = 1024;
   const HairColour colour;
   const FrameDrawer drawer(texture, transfer, colour, width, height);
-  device::Context& context =
-      device::Context::of(device::choose(device::list_devices(), request.device).index);
+  device::Context& context = device::Context::chosen(request.device);
   DeviceFrame frame(context, texture, transfer, colour, width, height);
   const HairReflectance reflectance(HairModel::kajiya_kay);
   const Vector3d eye(32.0, -70.0, 110.0), target(32.0, 32.0, 0.0);

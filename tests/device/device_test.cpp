@@ -65,7 +65,7 @@ class OnDevice : public ::testing::Test {
  protected:
   void SetUp() override {
     if (list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
-    context_ = &Context::of(choose(list_devices(), "auto").index);
+    context_ = &Context::chosen("auto");
   }
   Context* context_ = nullptr;
 };

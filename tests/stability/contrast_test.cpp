@@ -42,9 +42,8 @@ INSTANTIATE_TEST_SUITE_P(, Contrast, ::testing::ValuesIn(bounds::iterations),
 /// patterns is where one of them was left with directions that no longer fitted its residual (135
 /// iterations, and 38 by sweeps, for cubes of three voxels at contrast 1e6).
 TEST(FlatSteps, TakeTheIterationsOfStreamSteps) {
-  const auto devices = device::list_devices();
-  if (devices.empty()) GTEST_SKIP() << "no OpenCL device is installed";
-  device::Context& context = device::Context::of(device::choose(devices, "auto").index);
+  if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  device::Context& context = device::Context::chosen("auto");
   const auto iterations = [&](const forward::GridSetup& setup, int patterns, const Medium& medium,
                               forward::Layout layout) {
     const auto solver = forward::make_opencl_solver(

@@ -16,7 +16,7 @@ namespace kappamu::forward::dipole {
 constexpr double promised = 0.01;
 
 inline device::Context& context() {
-  return device::Context::of(device::choose(device::list_devices(), "auto").index);
+  return device::Context::chosen("auto");
 }
 
 /// Jensen et al. 2001 at η = 1.3, red, green, blue.

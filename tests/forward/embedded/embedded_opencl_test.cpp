@@ -14,7 +14,7 @@ namespace kappamu::forward::embedded {
 namespace {
 
 device::Context& context() {
-  return device::Context::of(device::choose(device::list_devices(), "auto").index);
+  return device::Context::chosen("auto");
 }
 
 /// Random voxels of 1.25 mm, κ log-uniform over a contrast of 100.

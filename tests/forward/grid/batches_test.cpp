@@ -189,13 +189,13 @@ TEST_P(GridBatches, FewerPatternsAtOnceGiveTheSameAnswers) {
   const double allowed = single() ? 3e-6 : 1e-10;  // tolerance times the condition of this block
   const Coefficients medium = testing::random_medium(block, 100, 47);
   const Values light = light_of(patterns, 48);
-  const std::size_t index = device::choose(device::list_devices(), GetParam().device).index;
+  device::Context& context = device::Context::chosen(GetParam().device);
   struct Answers {
     Values phi, exitance, products, columns;
   };
   const auto answers = [&](int most_lanes) {
     const auto s = make_opencl_solver(
-        {.shape = block}, device::Context::of(index),
+        {.shape = block}, context,
         {.precision = GetParam().precision, .trust = Trust::blind, .most_lanes = most_lanes});
     s->set_medium(medium.kappa, medium.mu);
     const auto solution = testing::solve_light(*s, light, patterns, {tolerance, 100});

@@ -31,9 +31,7 @@ Values layers(const GridShape& s, int axis, double contrast) {
 
 class GridCoarsening : public testing::OnBackend {
  protected:
-  static device::Context& context() {
-    return device::Context::of(device::choose(device::list_devices(), GetParam().device).index);
-  }
+  static device::Context& context() { return device::Context::chosen(GetParam().device); }
   static Format format() { return {single(), true}; }
   static void set_medium(Hierarchy& hierarchy, const Values& kappa, const Values& mu) {
     hierarchy.set_medium(uploaded(context(), format(), kappa), uploaded(context(), format(), mu));

@@ -153,9 +153,8 @@ TEST_P(GridEquivalence, TheOtherLayoutEqualsTheReferenceToo) {
 
 /// Names of -D have defaults.
 TEST(Kernels, EachProgramCompilesByItself) {
-  const auto devices = device::list_devices();
-  if (devices.empty()) GTEST_SKIP() << "no OpenCL device is installed";
-  device::Context& context = device::Context::of(device::choose(devices, "auto").index);
+  if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  device::Context& context = device::Context::chosen("auto");
   for (const device::KernelSource* source :
        {&grid_flat_cl, &grid_flat_residual_cl, &grid_lanes_cl, &grid_levels_cl, &grid_stream_cl,
         &grid_stream_residual_cl}) {

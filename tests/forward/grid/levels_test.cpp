@@ -133,9 +133,7 @@ void each(const GridShape& s, F f) {
 
 class GridLevels : public testing::OnBackend {
  protected:
-  static device::Context& context() {
-    return device::Context::of(device::choose(device::list_devices(), GetParam().device).index);
-  }
+  static device::Context& context() { return device::Context::chosen(GetParam().device); }
   static Values values(const device::Buffer& buffer) {
     const std::size_t count = buffer.bytes() / (single() ? sizeof(float) : sizeof(double));
     if (!single()) {

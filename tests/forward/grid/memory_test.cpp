@@ -53,9 +53,8 @@ TEST(SolverMemory, TooLittleIsRefusedWithNeedAndMemory) {
 /// medium is set twice: then set-up and solve share their places. The processors' layout keeps
 /// rings for every core: that of a GPU's many is nowhere used.
 TEST(SolverMemory, ThePredictionHolds) {
-  const auto devices = device::list_devices();
-  if (devices.empty()) GTEST_SKIP() << "no OpenCL device is installed";
-  device::Context& context = device::Context::of(device::choose(devices, "auto").index);
+  if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  device::Context& context = device::Context::chosen("auto");
   for (const GridShape& shape : {GridShape{96, 80, 40, 0.25}, GridShape{97, 83, 41, 0.25}}) {
     const GridSetup setup{.shape = shape};
     const auto medium = testing::random_medium(shape, 10, 1);

@@ -19,9 +19,7 @@ class WithDevice : public ::testing::Test {
   void SetUp() override {
     if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
   }
-  static device::Context& context() {
-    return device::Context::of(device::choose(device::list_devices(), "auto").index);
-  }
+  static device::Context& context() { return device::Context::chosen("auto"); }
 };
 
 /// Coefficients per mm.

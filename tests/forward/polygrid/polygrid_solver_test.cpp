@@ -15,7 +15,7 @@ namespace {
 using Vector = std::vector<double>;
 
 device::Context& context() {
-  return device::Context::of(device::choose(device::list_devices(), "auto").index);
+  return device::Context::chosen("auto");
 }
 
 struct System {

@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "core/progress.h"
-#include "device/device_info.h"
 
 namespace kappamu::forward::shells {
 
@@ -37,8 +36,7 @@ void expect_reference(int width, int layers, HairModel model) {
   const Vector3d eye(0.3 * tile, -0.5 * tile, 2.0 * tile), target(0.5 * tile, 0.5 * tile, 0.0);
   const Vector3d towards = (eye - target).normalized();
   constexpr int columns = 37, rows = 19;  // no multiple of a work item's eight
-  device::Context& context =
-      device::Context::of(device::choose(device::list_devices(), "auto").index);
+  device::Context& context = device::Context::chosen("auto");
   DeviceFrame frame(context, texture, transfer, colour, columns, rows);
   frame.light(light, towards, reflectance);
   frame.draw(eye, target, 8.0, true);
@@ -84,8 +82,7 @@ TEST(DeviceFrame, InterpolatesWhereTexelsAreWide) {
   const Transfer transfer = make_transfer(texture, {3, 64, 0.0}, progress);
   const PlaceLight light = light_of(3, {{Vector3d(0.3, 0.2, 0.9).normalized(), {3.0, 2.0, 1.0}}});
   const Vector3d eye(5.0, -8.0, 32.0), target(8.0, 8.0, 0.0);
-  device::Context& context =
-      device::Context::of(device::choose(device::list_devices(), "auto").index);
+  device::Context& context = device::Context::chosen("auto");
   constexpr int columns = 37, rows = 41;
   DeviceFrame frame(context, texture, transfer, HairColour{}, columns, rows);
   frame.light(light, (eye - target).normalized(), HairReflectance(HairModel::kajiya_kay));

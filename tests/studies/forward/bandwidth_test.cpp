@@ -10,9 +10,8 @@ namespace kappamu::studies {
 namespace {
 
 TEST(Bandwidth, OfACopyIsPlausibleAndLeavesNothingBehind) {
-  const std::vector<device::DeviceInfo> devices = device::list_devices();
-  if (devices.empty()) GTEST_SKIP() << "no OpenCL device";
-  device::Context& context = device::Context::of(device::choose(devices, "auto").index);
+  if (device::list_devices().empty()) GTEST_SKIP() << "no OpenCL device";
+  device::Context& context = device::Context::chosen("auto");
   const std::size_t before = context.allocated_bytes();
   const double bandwidth = measured_copy_bandwidth(context);
   EXPECT_GT(bandwidth, 1e8);

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "core/optics.h"
-#include "device/device_info.h"
 #include "forward/polygrid/opencl/opencl_solver.h"
 #include "studies/polygrid/relaxation.h"
 #include "tests/cases/made_polygrid.h"
@@ -164,9 +163,8 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
 
   // Ours: a row of 27 counts as four nodes of six links, a V-cycle passes every level twice.
   const Hierarchy hierarchy(equations, trial.grid);
-  const auto multigrid = make_opencl_solver(
-      equations, hierarchy,
-      device::Context::of(device::choose(device::list_devices(), "auto").index), Precision::single);
+  const auto multigrid =
+      make_opencl_solver(equations, hierarchy, device::Context::chosen("auto"), Precision::single);
   multigrid->set_media({equations.values(trial.of_cell)});
   std::size_t per_iteration = 4 * equations.unknowns(), ours = 0;
   for (const GraphLevel& level : hierarchy.level()) per_iteration += 2 * level.links.rows();

@@ -1,9 +1,5 @@
-// What a failed OpenCL call says.
-#include <string>
-
-#include "core/error.h"
-#include "device/context.h"
 #include "device/opencl_api.h"
+#include "core/error.h"
 
 namespace kappamu::device {
 
