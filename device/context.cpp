@@ -8,7 +8,6 @@
 #include <map>
 #include <mutex>
 #include <shared_mutex>
-#include <sstream>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -22,22 +21,6 @@
 namespace kappamu::device {
 
 namespace {
-
-/// The line of a compiler's log that names the error, or else the first, without control characters
-/// and in at most 160 bytes.
-std::string first_error(const std::string& log) {
-  constexpr std::size_t longest = 160;
-  std::istringstream lines(log);
-  std::string found, line;
-  while (std::getline(lines, line)) {
-    const bool names_error = line.find("error") != std::string::npos;
-    if ((found.empty() || names_error) && !line.empty()) found = line.substr(0, longest);
-    if (names_error) break;
-  }
-  std::replace_if(
-      found.begin(), found.end(), [](unsigned char c) { return c < 0x20; }, ' ');
-  return found.empty() ? "the compiler gave no reason" : found;
-}
 
 struct {
   std::atomic<std::size_t> launches = 0, waits = 0, waited_ns = 0, bytes = 0;

@@ -1,4 +1,8 @@
 #include "device/opencl_api.h"
+
+#include <algorithm>
+#include <sstream>
+
 #include "core/error.h"
 
 namespace kappamu::device {
@@ -32,6 +36,20 @@ std::string error_name(cl_int code) {
     default:
       return "error " + std::to_string(code);
   }
+}
+
+std::string first_error(const std::string& log) {
+  constexpr std::size_t longest = 160;
+  std::istringstream lines(log);
+  std::string found, line;
+  while (std::getline(lines, line)) {
+    const bool names_error = line.find("error") != std::string::npos;
+    if ((found.empty() || names_error) && !line.empty()) found = line.substr(0, longest);
+    if (names_error) break;
+  }
+  std::replace_if(
+      found.begin(), found.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  return found.empty() ? "the compiler gave no reason" : found;
 }
 
 void check_call(cl_int code, const char* call, const std::string& device) {

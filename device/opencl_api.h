@@ -12,6 +12,10 @@ namespace kappamu::device {
 /// "CL_OUT_OF_RESOURCES", or the number where the code has no name here.
 std::string error_name(cl_int code);
 
+/// The line of a compiler's log that names the error, or else the first, without control characters
+/// and in at most 160 bytes.
+std::string first_error(const std::string& log);
+
 /// Throws DeviceError, or InputError when the device is out of memory, unless `code` is CL_SUCCESS.
 void check_call(cl_int code, const char* call, const std::string& device);
 

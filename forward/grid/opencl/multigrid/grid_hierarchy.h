@@ -34,8 +34,8 @@ struct Level {
 
 class Hierarchy {
  public:
-  /// The first level under the finest of at most `cells_to_invert` is the last: starting the kernels
-  /// of smaller ones takes longer than all their arithmetic.
+  /// The first level under the finest of at most `cells_to_invert` is the last: starting the
+  /// kernels of smaller ones takes longer than all their arithmetic.
   Hierarchy(device::Context& context, const Format& format, Layout layout, const GridSetup& setup,
             double robin_A, std::size_t cells_to_invert = 64);
 
