@@ -1,10 +1,12 @@
 #include "render/render_scene.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 
 #include "core/error.h"
 #include "core/process_memory.h"
+#include "core/shown_text.h"
 #include "forward/model_error.h"
 #include "render/fur/fur_shading.h"
 #include "render/light/incident_light.h"
@@ -177,6 +179,24 @@ std::string film_memory(const Scene& scene) {
   return "film: " + gigabytes(bytes);
 }
 
+/// Where a camera sees nothing: its aim is named, and a place where it would see the first object.
+void warn_of_an_empty_picture(const Picture& picture, const World& world, const Camera& camera,
+                              std::vector<std::string>& warnings) {
+  const std::vector<float>& covered = picture.coverage.values();
+  if (std::any_of(covered.begin(), covered.end(), [](float share) { return share > 0.0F; })) return;
+  const WorldObject& first = world.objects().front();
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& corner : first.mesh.vertices) {
+    box.extend(first.world_from_object * corner);
+  }
+  const Eigen::Vector3d c = box.center(), at = camera.target_mm;
+  warnings.push_back(
+      formatted("no pixel shows an object: the camera looks at (%.3g, %.3g, %.3g) mm, and ", at[0],
+                at[1], at[2]) +
+      "object '" + first.name +
+      formatted("' lies about (%.3g, %.3g, %.3g) mm; change 'camera.target_mm'", c[0], c[1], c[2]));
+}
+
 }  // namespace
 
 RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
@@ -227,6 +247,7 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
       make_shading(world, sources, environment ? &*environment : nullptr, exitance,
                    scene.camera.position_mm, furs);
   result.picture = render_picture(*shading, scene.camera, scene.film, options.seed, progress);
+  warn_of_an_empty_picture(result.picture, world, scene.camera, result.warnings);
   result.exposure = scene.film.exposure.value_or(usual_exposure(result.picture));
   result.picture_seconds = watch.lap();
   return result;

@@ -97,6 +97,17 @@ TEST_F(RenderCommand, WritesPictureExitanceAndBalance) {
   }
 }
 
+TEST_F(RenderCommand, ACameraThatSeesNoObjectIsTold) {
+  write_scene("embedded");
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["camera"]["target_mm"] = {0, 0, 100};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const ProcessResult result = kappamu("render " + path("scene.json") + " -o " + path("out"));
+  EXPECT_THAT(result.standard_error,
+              ::testing::HasSubstr("no pixel shows an object: the camera looks at (0, 0, 100) mm, "
+                                   "and object 'ball' lies about"));
+}
+
 TEST_F(RenderCommand, NewSceneOfARunIsRendered) {
   const GridShape shape{8, 6, 4, 0.5};
   io::VolumeSet set;
