@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::app {
 
@@ -87,6 +88,13 @@ Window::Window(int width, int height, WindowKind kind) {
     glfwGetMonitorWorkarea(screen, &left, &top, &across, &high);
     if (across > 0) width = std::min(width, across);
     if (high > 0) height = std::min(height, high);
+  }
+  constexpr int largest = 32767;  // of X11's windows, which end the program beyond
+  if (std::max(width, height) > largest) {
+    glfwTerminate();
+    throw InputError(formatted(
+        "displays hold at most %d px a side, not a picture of %d x %d px; take a smaller width",
+        largest, width, height));
   }
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
