@@ -42,7 +42,7 @@ TEST_P(GridCoarsening, AnEvenMediumIsHalvedAlongEveryAxis) {
   for (const GridShape& shape : {GridShape{24, 24, 24, 0.25}, GridShape{64, 40, 6, 0.25},
                                  GridShape{33, 1, 7, 0.1}, GridShape{40, 40, 2, 0.5}}) {
     const GridSetup setup{.shape = shape};
-    Hierarchy hierarchy(context(), format(), Layout::cpu, setup, 2.34);
+    Hierarchy hierarchy(context(), format(), Layout::cpu, setup, 2.34, 1);
     set_medium(hierarchy, Values(shape.cells(), 0.3), Values(shape.cells(), 0.01));
     GridShape expected = shape;
     for (const Level& level : hierarchy.levels()) {
@@ -61,7 +61,7 @@ TEST_P(GridCoarsening, AnEvenMediumIsHalvedAlongEveryAxis) {
 TEST_P(GridCoarsening, AnisotropyIsHalvedAlongItself) {
   const GridShape shape{24, 20, 16, 0.25};
   for (int axis = 0; axis < 3; ++axis) {
-    Hierarchy hierarchy(context(), format(), Layout::cpu, {.shape = shape}, 2.34);
+    Hierarchy hierarchy(context(), format(), Layout::cpu, {.shape = shape}, 2.34, 1);
     set_medium(hierarchy, layers(shape, axis, 1e4), Values(shape.cells(), 0.01));
     std::array<int, 3> expected{1, 1, 1};
     expected[static_cast<std::size_t>(axis)] = 0;
