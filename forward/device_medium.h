@@ -15,8 +15,19 @@ struct DeviceBatch {
 };
 
 /// A pair of fields is a buffer of doubles [2][z][y][x]: log κ (κ in mm) and log μ (μ in 1/mm), or
-/// derivatives by them. Surface values are doubles, [pattern][light_size()] or
-/// [pattern][exitance_size()].
+/// derivatives by them. The host's copy of one:
+inline CoefficientPair read_pair(device::Context& context, const device::Buffer& fields,
+                                 std::size_t cells) {
+  CoefficientPair pair;
+  context.look(fields, 2 * cells * sizeof(double), [&](const void* memory) {
+    const auto* const values = static_cast<const double*>(memory);
+    pair.log_kappa.assign(values, values + cells);
+    pair.log_mu.assign(values + cells, values + 2 * cells);
+  });
+  return pair;
+}
+
+/// Surface values are doubles, [pattern][light_size()] or [pattern][exitance_size()].
 class DeviceMedium {
  public:
   virtual ~DeviceMedium() = default;

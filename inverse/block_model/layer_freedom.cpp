@@ -26,19 +26,13 @@ void LayerFreedom::widen(const LayerFreedom& other) {
 LayerFreedom layer_freedom(Objective& objective, const MediumSpace& block) {
   const int layers = std::min(block.depth(), defaults::layer_freedom::layers);
   const LayeredMedium even = with_layers({{0}, {0.0}, {0.0}}, layers, block.depth());
-  const auto on_grid = [&](CoefficientPair fields) {
-    const GridShape& shape = objective.space().shape;
-    if (shape == block.shape) return fields;
-    return CoefficientPair{restrict_voxels(fields.log_kappa, block.shape, shape),
-                           restrict_voxels(fields.log_mu, block.shape, shape)};
-  };
   const Eigen::Index unknowns = 2 * layers;
   const auto data = static_cast<Eigen::Index>(objective.problem().data.size());
   Eigen::MatrixXd by(data, unknowns), normal(unknowns, unknowns);
   for (Eigen::Index k = 0; k < unknowns; ++k) {
     const Eigen::VectorXd one = Eigen::VectorXd::Unit(unknowns, k);
-    const std::vector<double> change =
-        objective.jacobian(on_grid(to_fields(with_unknowns(even, one), block)));
+    const std::vector<double> change = objective.jacobian(restrict_voxels(
+        to_fields(with_unknowns(even, one), block), block.shape, objective.space().shape));
     by.col(k) = Eigen::Map<const Eigen::VectorXd>(change.data(), data);
   }
   for (Eigen::Index k = 0; k < unknowns; ++k) {

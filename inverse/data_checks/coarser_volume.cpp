@@ -25,12 +25,10 @@ CoarserVolume on_suitable_grid(const FittedVolume& volume, const ModelError& mod
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape shape = problem.setup.shape;
   std::vector<double> prediction = volume.prediction;
-  CoefficientPair fields = volume.fields;
+  CoefficientPair fields = restrict_voxels(volume.fields, fine, shape);
   if (!(shape == fine)) {
     prediction = restrict_face(prediction, volume.problem.seen_shape(), problem.seen_shape(), 2,
                                problem.patterns);
-    fields = {restrict_voxels(fields.log_kappa, fine, shape),
-              restrict_voxels(fields.log_mu, fine, shape)};
   }
   auto objective = std::make_unique<Objective>(std::move(problem), backend, volume.data_term);
   if (!std::isfinite(objective->value(fields))) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "forward/device_medium.h"
+
 namespace kappamu::inverse {
 
 extern const device::KernelSource fit_cl;
@@ -21,13 +23,7 @@ device::Buffer DeviceArithmetic::upload(const CoefficientPair& fields) {
 }
 
 CoefficientPair DeviceArithmetic::download(const device::Buffer& fields, std::size_t cells) const {
-  CoefficientPair pair;
-  context_.look(fields, 2 * cells * sizeof(double), [&](const void* memory) {
-    const auto* const values = static_cast<const double*>(memory);
-    pair.log_kappa.assign(values, values + cells);
-    pair.log_mu.assign(values + cells, values + 2 * cells);
-  });
-  return pair;
+  return forward::read_pair(context_, fields, cells);
 }
 
 std::vector<double> DeviceArithmetic::read(const device::Buffer& numbers, std::size_t count) const {

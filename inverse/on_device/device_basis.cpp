@@ -53,8 +53,11 @@ DeviceBasis::DeviceBasis(DeviceArithmetic& arithmetic, const MediumSpace& space,
     for (const int wave : waves.members(k)) bin[static_cast<std::size_t>(wave)] = k;
   }
   bin_ = uploaded(context, bin);
-  inverse_ = of_bins([&](int k) { return basis.inverse_factor(k); });
-  transposed_ = of_bins([&](int k) { return basis.inverse_factor(k).transpose().eval(); });
+  std::vector<Eigen::MatrixXd> inverse(static_cast<std::size_t>(waves.bins()));
+  const auto of = [&](int k) -> Eigen::MatrixXd& { return inverse[static_cast<std::size_t>(k)]; };
+  for_rows(waves.bins(), [&](int k) { of(k) = basis.inverse_factor(k); });
+  inverse_ = of_bins([&](int k) { return of(k); });
+  transposed_ = of_bins([&](int k) { return of(k).transpose().eval(); });
 }
 
 /// One matrix for each bin, [bin][column][row].

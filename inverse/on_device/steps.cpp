@@ -50,7 +50,6 @@ Steps::Steps(Objective& objective, const Basis& basis, FitFunction& function, Op
   }
 }
 
-Steps::Steps(Steps&&) noexcept = default;
 Steps::~Steps() = default;
 
 StepOutcome Steps::step() {

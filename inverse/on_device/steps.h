@@ -14,7 +14,6 @@ class Steps {
   /// From where `state` stands, after start() or a step. All must outlive this.
   Steps(Objective& objective, const Basis& basis, FitFunction& function, OptimiserState& state,
         const OptimiserOptions& options, VectorPlace place);
-  Steps(Steps&&) noexcept;
   ~Steps();
 
   bool on_device() const { return device_ != nullptr; }

@@ -24,6 +24,15 @@ bool within_range(const CoefficientPair& fields) {
                  [&](std::size_t i) { return ok(fields.log_kappa[i]) && ok(fields.log_mu[i]); });
 }
 
+/// Element by element.
+std::vector<double> products(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> result(a.size());
+  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = a[i] * b[i];
+  });
+  return result;
+}
+
 /// Voxels times iterations of a batch of `part` out of `patterns`.
 double cost(const forward::DiffusionOperator& op, const SolveReport& report, int part,
             int patterns) {
@@ -310,15 +319,6 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
     for (double& g : k == 0 ? gradient.log_kappa : gradient.log_mu) g += even[k];
   }
   return gradient;
-}
-
-/// Element by element.
-static std::vector<double> products(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> result(a.size());
-  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) result[i] = a[i] * b[i];
-  });
-  return result;
 }
 
 /// Derivatives of the data term by M.

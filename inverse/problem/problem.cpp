@@ -294,6 +294,13 @@ std::vector<double> restrict_voxels(const std::vector<double>& values, const Gri
   return means;
 }
 
+CoefficientPair restrict_voxels(const CoefficientPair& fields, const GridShape& fine,
+                                const GridShape& coarse) {
+  if (coarse == fine) return fields;
+  return {restrict_voxels(fields.log_kappa, fine, coarse),
+          restrict_voxels(fields.log_mu, fine, coarse)};
+}
+
 std::vector<double> split_voxels(const std::vector<double>& coarse, const GridShape& coarse_shape,
                                  const GridShape& fine_shape, int factor) {
   std::vector<double> fine(fine_shape.cells());

@@ -93,6 +93,9 @@ std::vector<double> prolong(const std::vector<double>& coarse, const GridShape& 
 std::vector<double> restrict_voxels(const std::vector<double>& values, const GridShape& fine,
                                     const GridShape& coarse);
 
+CoefficientPair restrict_voxels(const CoefficientPair& fields, const GridShape& fine,
+                                const GridShape& coarse);
+
 /// Splits every voxel of `coarse` into factor³ equal ones, cut to `fine_shape`.
 std::vector<double> split_voxels(const std::vector<double>& coarse, const GridShape& coarse_shape,
                                  const GridShape& fine_shape, int factor);

@@ -35,7 +35,7 @@ struct HierarchyOptions {
   /// Links that one update() moves at most; others wait for the next, those farthest from the
   /// oracle being moved first ([M] 5.5 bounds the form factors of a frame).
   std::size_t most_changes = std::numeric_limits<std::size_t>::max();
-  /// How work is shared out where it is not the device's own way: that of a GPU runs anywhere.
+  /// How work is divided where it is not the device's own way: that of a GPU runs anywhere.
   std::optional<device::Kind> form = {};
 };
 

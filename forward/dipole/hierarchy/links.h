@@ -55,7 +55,7 @@ struct LinkChanges {
 /// [M] 5.5: links that do not hold within `wide` move down the hierarchy until they hold within
 /// `narrow`, those first that are the farthest from it; pairs of links that hold within `narrow` as
 /// one move up one level. At most `most` links move. Every pair of triangles stays covered once.
-/// Where more than `all_anew` of the links fail, and all may move, it moves none and says so.
+/// Where more than `all_anew` of the links fail, and all may move, it moves none and sets too_many.
 LinkChanges update(Links& links, const ClusterTree& tree, const Oracle& wide, const Oracle& narrow,
                    std::size_t most);
 inline constexpr double all_anew = 0.25;

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "forward/device_medium.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl/face_index.h"
 
@@ -36,14 +37,7 @@ void DeviceGradient::set_coefficients(const device::Buffer& logs, const device::
 }
 
 CoefficientPair DeviceGradient::medium() const {
-  const std::size_t cells = setup_.shape.cells();
-  CoefficientPair logs{std::vector<double>(cells), std::vector<double>(cells)};
-  context_.look(logs_, bytes(), [&](const void* memory) {
-    const auto* const values = static_cast<const double*>(memory);
-    logs.log_kappa.assign(values, values + cells);
-    logs.log_mu.assign(values + cells, values + 2 * cells);
-  });
-  return logs;
+  return read_pair(context_, logs_, setup_.shape.cells());
 }
 
 device::Buffer DeviceGradient::observed(int patterns, std::span<const Face> seen,

@@ -67,15 +67,6 @@ void write_block(device::Context& context, const Format& format, const Block& bl
   }
 }
 
-Block block_like(device::Context& context, const Format& format, const Block& like,
-                 std::size_t samples, std::span<const double> values) {
-  Block block{like.first, like.count, like.lanes, {}};
-  block.values =
-      context.allocate(samples * static_cast<std::size_t>(like.lanes) * format.real_bytes());
-  if (!values.empty()) write_block(context, format, block, samples, values);
-  return block;
-}
-
 void read_block(device::Context& context, const Format& format, const Block& block,
                 std::size_t samples, std::span<double> values) {
   if (format.single) {

@@ -38,8 +38,5 @@ void write_block(device::Context& context, const Format& format, const Block& bl
                  std::size_t samples, std::span<const double> values);
 void read_block(device::Context& context, const Format& format, const Block& block,
                 std::size_t samples, std::span<double> values);
-/// Samples for the patterns of `like`: written from `values`, or left empty.
-Block block_like(device::Context& context, const Format& format, const Block& like,
-                 std::size_t samples, std::span<const double> values);
 
 }  // namespace kappamu::forward

@@ -222,7 +222,6 @@ class OpenclSolver final : public GridSolver {
   };
 
   std::size_t cells() const { return setup_.shape.cells(); }
-  double voxel_area() const { return setup_.shape.voxel_mm * setup_.shape.voxel_mm; }
   std::size_t field_bytes(const Block& block) const {
     return cells() * static_cast<std::size_t>(block.lanes) * format_.real_bytes();
   }

@@ -1,5 +1,5 @@
 // What an OpenCL device makes of a mesh, clusters and links, against the references on the host.
-// Both ways in which work is shared out, a processor's and a GPU's, run on any device.
+// Both ways in which work is divided, a processor's and a GPU's, run on any device.
 #include <gtest/gtest.h>
 
 #include <string_view>

@@ -36,30 +36,18 @@ kernel void gradient_of_voxels(const int nx, const int ny, const int nz, const i
   const double here = logs[i], kappa = exp(here);
   double sum = 0;
   int open = 0;
-  if (x > 0)
-    sum += across(face_x[i - 1], kappa, here, logs[i - 1], h);
-  else
-    open += open_x;
-  if (x + 1 < nx)
-    sum += across(face_x[i], kappa, here, logs[i + 1], h);
-  else
-    open += open_x;
-  if (y > 0)
-    sum += across(face_y[i - nx], kappa, here, logs[i - nx], h);
-  else
-    open += open_y;
-  if (y + 1 < ny)
-    sum += across(face_y[i], kappa, here, logs[i + nx], h);
-  else
-    open += open_y;
-  if (z > 0)
-    sum += across(face_z[i - plane], kappa, here, logs[i - plane], h);
-  else
-    open += open_z;
-  if (z + 1 < nz)
-    sum += across(face_z[i], kappa, here, logs[i + plane], h);
-  else
-    open += open_z;
+#define SIDE(inside, product, neighbour, open_there)                                   \
+  if (inside)                                                                          \
+    sum += across(product, kappa, here, logs[neighbour], h);                           \
+  else                                                                                 \
+    open += open_there;
+  SIDE(x > 0, face_x[i - 1], i - 1, open_x)
+  SIDE(x + 1 < nx, face_x[i], i + 1, open_x)
+  SIDE(y > 0, face_y[i - nx], i - nx, open_y)
+  SIDE(y + 1 < ny, face_y[i], i + nx, open_y)
+  SIDE(z > 0, face_z[i - plane], i - plane, open_z)
+  SIDE(z + 1 < nz, face_z[i], i + plane, open_z)
+#undef SIDE
   const double conductance = robin_conductance(kappa, h, A);
   sum += open * conductance * conductance / (2 * h * kappa) * cell[i];
   gradient[i] -= sum;
